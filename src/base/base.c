@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+//
+// Errors, allocation through the hook, growable arrays, clock, hash, chunked sums.
+// Every block carries its size in front, so that live bytes are known without a table.
+
+#include "base.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define NMM_ALIGNMENT 64
+
+void nmm_assert_failed(const char *condition, const char *file, int line) {
+    fprintf(stderr, "%s:%d: assertion failed: %s\n", file, line, condition);
+    abort();
+}
+
+nmm_status nmm_fail(nmm_context *context, nmm_status status, const char *format, ...) {
+    NMM_ASSERT(status != NMM_OK);
+    if (context->error.status != NMM_OK) return status;
+    context->error.status = status;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(context->error.message, sizeof context->error.message, format, arguments);
+    va_end(arguments);
+    return status;
+}
+
+void nmm_context_clear(nmm_context *context) {
+    memset(&context->error, 0, sizeof context->error);
+}
+
+// --- Memory
+// ---------------------------------------------------------------------------------------
+
+// In front of every block: what the hook gave, and the size asked for.
+typedef struct block_head {
+    void *raw;
+    size_t size;
+} block_head;
+
+static block_head *head_of(void *block) {
+    return (block_head *)(void *)((char *)block - sizeof(block_head));
+}
+
+static void *call_hook(nmm_context *context, void *old, size_t size) {
+    if (context->allocate != NULL) return context->allocate(context->user, old, size);
+    if (size > 0) return realloc(old, size);
+    free(old);
+    return NULL;
+}
+
+nmm_status nmm_allocate(nmm_context *context, void *block, size_t count, size_t size) {
+    void *none = NULL;
+    memcpy(block, &none, sizeof none);
+    if (count == 0 || size == 0) return NMM_OK;
+    context->n_call += 1;
+    const size_t extra = NMM_ALIGNMENT + sizeof(block_head);
+    if (count > (SIZE_MAX - extra) / size) {
+        return nmm_fail(context, NMM_ERROR_MEMORY, "out of memory: %zu items of %zu bytes", count,
+                        size);
+    }
+    char *raw = call_hook(context, NULL, count * size + extra);
+    if (raw == NULL) {
+        return nmm_fail(context, NMM_ERROR_MEMORY, "out of memory: %zu bytes", count * size);
+    }
+    // Align, leaving room for the head.
+    const uintptr_t start = (uintptr_t)raw + sizeof(block_head);
+    const size_t shift = (NMM_ALIGNMENT - start % NMM_ALIGNMENT) % NMM_ALIGNMENT;
+    char *aligned = raw + sizeof(block_head) + shift;
+    *head_of(aligned) = (block_head){.raw = raw, .size = count * size};
+    memset(aligned, 0, count * size);
+    context->n_live += 1;
+    context->live_bytes += count * size;
+    if (context->live_bytes > context->peak_bytes) context->peak_bytes = context->live_bytes;
+    void *result = aligned;
+    memcpy(block, &result, sizeof result);
+    return NMM_OK;
+}
+
+nmm_status nmm_grow(nmm_context *context, void *array, int *capacity, int needed, size_t size) {
+    if (needed <= *capacity) return NMM_OK;
+    void *old = NULL;
+    memcpy(&old, array, sizeof old);
+    const int larger = *capacity < INT32_MAX / 2 ? *capacity + *capacity / 2 + 8 : INT32_MAX;
+    const int count = nmm_max_int(needed, larger);
+    void *grown = NULL;
+    TRY(nmm_allocate(context, &grown, (size_t)count, size));
+    if (old != NULL) memcpy(grown, old, (size_t)*capacity * size);
+    nmm_release(context, &old);
+    memcpy(array, &grown, sizeof grown);
+    *capacity = count;
+    return NMM_OK;
+}
+
+void nmm_release(nmm_context *context, void *block) {
+    void *old = NULL;
+    memcpy(&old, block, sizeof old);
+    if (old == NULL) return;
+    const block_head head = *head_of(old);
+    context->n_live -= 1;
+    context->live_bytes -= head.size;
+    call_hook(context, head.raw, 0);
+    old = NULL;
+    memcpy(block, &old, sizeof old);
+}
+
+// --- Sums, clock, hash
+// ------------------------------------------------------------------------------
+
+double nmm_sum_product(int n, const double *x, const double *y, int n_thread) {
+    // Chunks are summed in groups that fit on the stack, so nothing is allocated.
+    enum { GROUP = 64 };
+    double total = 0;
+    for (long group = 0; group * GROUP * NMM_CHUNK < n; group++) {
+        double part[GROUP] = {0};
+        const long first = group * GROUP * NMM_CHUNK;
+        const long n_chunk = (n - first + NMM_CHUNK - 1) / NMM_CHUNK;
+        const int n_part = n_chunk < GROUP ? (int)n_chunk : GROUP;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_part > 8)
+        for (int p = 0; p < n_part; p++) {
+            const long begin = first + (long)p * NMM_CHUNK;
+            const long end = begin + NMM_CHUNK < n ? begin + NMM_CHUNK : n;
+            double sum = 0;
+            for (long i = begin; i < end; i++)
+                sum += x[i] * y[i];
+            part[p] = sum;
+        }
+        for (int p = 0; p < n_part; p++)
+            total += part[p];
+    }
+    return total;
+}
+
+double nmm_clock(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+uint64_t nmm_hash(uint64_t hash, const void *bytes, size_t size) {
+    const unsigned char *byte = bytes;
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ byte[i]) * UINT64_C(1099511628211);
+    return hash;
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+//
+// What every test needs: cmocka with its prerequisites, and comparisons of floating point numbers
+// that print both sides.
+
+#ifndef NMM_TEST_H
+#define NMM_TEST_H
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/// |actual - expected| <= tolerance; NaN fails.
+#define assert_near(actual, expected, tolerance)                                                   \
+    do {                                                                                           \
+        const double near_a = (actual), near_e = (expected), near_t = (tolerance);                 \
+        if (!(fabs(near_a - near_e) <= near_t)) {                                                  \
+            print_error("%s:%d: %s = %.17g, expected %.17g within %.3g, off by %.3g\n", __FILE__,  \
+                        __LINE__, #actual, near_a, near_e, near_t, near_a - near_e);               \
+            fail();                                                                                \
+        }                                                                                          \
+    } while (0)
+
+/// Relative form: |actual - expected| <= tolerance * |expected|.
+#define assert_close(actual, expected, tolerance)                                                  \
+    assert_near(actual, expected, (tolerance)*fabs(expected))
+
+#endif
