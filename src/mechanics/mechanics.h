@@ -1,27 +1,74 @@
 // SPDX-License-Identifier: MIT
 //
-// Element matrices and the material law: pure functions on small values, equations (3.x) of
-// docs/theory.md.
+// Element matrices and the material law: pure functions on small values, section 3 of
+// docs/theory/3-mechanics.md.
+//
+// The element is hyperelastic: W(F) = lambda/2 (tr e)^2 + mu e:e + s0:e with the Biot strain
+// e = U - I, F = R U. In two dimensions R and U follow from sums and one root, nothing is
+// incremental, and rigid turns of any size give zero strain. Forces are the exact derivative of W.
 
 #ifndef NMM_MECHANICS_H
 #define NMM_MECHANICS_H
 
 #include "model.h"
 
-/// Lame constants for the plane state: plane strain (lambda, mu), plane stress (lambda*, mu). [Pa]
+/// Lame constants of the plane state [Pa]; plane stress has its own lambda.
 typedef struct nmm_elastic {
     double lambda, mu;
 } nmm_elastic;
 nmm_elastic nmm_elastic_of(const nmm_material *material);
 
-/// Deformation gradient and what follows from it.
+/// A 2x2 tensor by components.
+typedef struct nmm_tensor {
+    double xx, xy, yx, yy;
+} nmm_tensor;
+
+/// Polar decomposition of F, eq. (3.3) to (3.6).
 typedef struct nmm_strain {
+    nmm_tensor H;         // F - I
     double c, s;          // cosine, sine of the rotation R
     double stretch;       // tr U
-    double exx, eyy, exy; // Biot strain U - I in the turned frame (exy tensor component)
+    double exx, eyy, exy; // Biot strain U - I in the turned frame, exy tensor component
 } nmm_strain;
 
-/// Polar decomposition of F = I + sum_i d_i (x) grad w_i; d[i][2], gradient[i][2].
+/// Strain of an element: displacements d[3][2] [m] of its covers, gradient[3][2] [1/m].
+/// Digits of small strains survive large displacements and turns.
 nmm_strain nmm_strain_of(const double d[6], const double gradient[6]);
+
+/// Displacement gradient sum_i d_i (x) grad w_i.
+nmm_tensor nmm_displacement_gradient(const double d[6], const double gradient[6]);
+
+/// First Piola-Kirchhoff stress dW/dF [Pa], eq. (3.8); initial[3] = xx, yy, xy in the turned frame.
+nmm_tensor nmm_piola_of(nmm_elastic elastic, const nmm_strain *strain, const double initial[3]);
+
+/// W(F) [J/m3], eq. (3.7); zero at F = I.
+double nmm_strain_energy_of(nmm_elastic elastic, const nmm_strain *strain, const double initial[3]);
+
+/// Cauchy stress P F^T / det F along the fixed axes: stress[3] = xx, yy, xy.
+void nmm_cauchy_of(const nmm_strain *strain, nmm_tensor piola, double stress[3]);
+
+/// What the stiffness of an element needs, computed once per pass, eq. (3.10): K_ij of the element
+/// is  a (g_i . g_j) I + b q_i q_j^T + t p_i p_j^T  with q_i = R g_i, p_i = q_i turned by 90
+/// degrees.
+typedef struct nmm_stiffness {
+    double q[3][2];           // turned gradients [1/m]
+    double shear, bulk, turn; // a = 2 mu A, b = lambda A, t >= -mu A: never indefinite [N m2 / m]
+} nmm_stiffness;
+nmm_stiffness nmm_stiffness_of(nmm_elastic elastic, const nmm_strain *strain, double initial_mean,
+                               double area, const double gradient[6]);
+
+/// Adds block (i, j) [2][2] of the stiffness to `block` [N/m].
+void nmm_stiffness_add(const nmm_stiffness *stiffness, int i, int j, double block[4]);
+
+/// Consistent mass of an element [kg]: m[6] = 00, 01, 02, 11, 12, 22; eq. (3.12). Scalar: the
+/// block is m I.
+void nmm_mass_of(double density, double area, const double moment[3], const double weight[3],
+                 const double gradient[6], double m[6]);
+
+/// Place of (i, j) in the six entries of nmm_mass_of.
+static inline int nmm_mass_index(int i, int j) {
+    const int low = i < j ? i : j, high = i < j ? j : i;
+    return low * (5 - low) / 2 + high;
+}
 
 #endif
