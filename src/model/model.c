@@ -38,6 +38,7 @@ void nmm_model_destroy(nmm_context *context, nmm_model *model) {
     nmm_release(context, &model->monitor);
     nmm_release(context, &model->history);
     nmm_release(context, &model->block_name);
+    nmm_release(context, &model->block_scene);
     nmm_arena_destroy(context, &model->arena);
     *model = (nmm_model){0};
 }

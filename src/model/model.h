@@ -98,6 +98,7 @@ typedef struct nmm_model {
     nmm_monitor *monitor;
     nmm_history *history;
     const char **block_name; // [n_block], may hold NULL
+    int *block_scene;        // [n_block] entry of the scene's `blocks`, -1: part of the domain
     nmm_history base_motion; // acceleration of the ground, width 2 [m/s2]; n = 0: none
     nmm_vec2 gravity;        // [m/s2]
     nmm_arena arena;         // names, histories

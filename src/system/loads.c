@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: MIT
+//
+// Supports, loads, monitors, initial stress and initial velocity of the scene, placed on the model.
+// A support of a whole block holds its covers exactly; others are points with stiff springs whose
+// carried force is raised until the point stays (docs/theory/4-time.md, eq. (4.8)).
+
+#include "system.h"
+
+#include <math.h>
+#include <string.h>
+
+// Support springs: so many times Young's modulus.
+#define SUPPORT_PENALTY 100
+
+// Lengths below this part of the cover size count as touching.
+#define TOUCH 1e-6
+
+static nmm_vec2 point_of(const nmm_model *model, int p) {
+    return (nmm_vec2){model->point[2 * (long)p], model->point[2 * (long)p + 1]};
+}
+
+static nmm_vec2 start_of(const nmm_model *model, int v) {
+    return point_of(model, model->vertex_point[v]);
+}
+
+// Distance of p from the segment a-b.
+static double distance_to_segment(nmm_vec2 p, nmm_vec2 a, nmm_vec2 b) {
+    const nmm_vec2 ab = nmm_vec2_sub(b, a), ap = nmm_vec2_sub(p, a);
+    const double length = nmm_vec2_dot(ab, ab);
+    const double t = length > 0 ? nmm_min(1, nmm_max(0, nmm_vec2_dot(ap, ab) / length)) : 0;
+    const nmm_vec2 off = nmm_vec2_sub(ap, nmm_vec2_scale(t, ab));
+    return sqrt(nmm_vec2_dot(off, off));
+}
+
+// --- Supports
+// ------------------------------------------------------------------------------------------
+
+typedef struct placing {
+    nmm_context *context;
+    nmm_model *model;
+    int support_capacity, hold_capacity, load_capacity;
+    double touch; // [m]
+} placing;
+
+static nmm_status add_support(placing *p, const nmm_scene_support *from, int element,
+                              nmm_vec2 place, double length) {
+    nmm_model *model = p->model;
+    TRY(nmm_grow(p->context, &model->support, &p->support_capacity, model->n_support + 1,
+                 sizeof(nmm_support)));
+    const double E = model->material[model->element_material[element]].youngs_modulus;
+    nmm_support *support = &model->support[model->n_support];
+    *support = (nmm_support){.element = element, .place = place, .length = length};
+    nmm_element_weights(model, element, place, support->weight);
+    support->fix_x = from->fix_x;
+    support->fix_y = from->fix_y;
+    support->history = from->history;
+    support->stiffness = SUPPORT_PENALTY * E * length / model->size;
+    model->n_support += 1;
+    return NMM_OK;
+}
+
+static nmm_status add_hold(placing *p, const nmm_scene_support *from, int cover) {
+    nmm_model *model = p->model;
+    TRY(nmm_grow(p->context, &model->hold, &p->hold_capacity, model->n_hold + 1, sizeof(nmm_hold)));
+    model->hold[model->n_hold++] = (nmm_hold){cover, from->fix_x, from->fix_y, from->history};
+    return NMM_OK;
+}
+
+static nmm_status support_block(placing *p, const nmm_scene_support *from) {
+    const nmm_model *model = p->model;
+    for (int c = 0; c < model->n_cover; c++) {
+        const char *name = model->block_name[model->cover_block[c]];
+        if (name != NULL && strcmp(name, from->block) == 0) TRY(add_hold(p, from, c));
+    }
+    return NMM_OK;
+}
+
+// Half the length of the two loop edges at vertex v that run along the segment.
+static double length_along(const placing *p, int v, const nmm_scene_support *from) {
+    const nmm_model *model = p->model;
+    const int other[2] = {model->vertex_next[v], model->vertex_prev[v]};
+    double length = 0;
+    for (int k = 0; k < 2; k++) {
+        const nmm_vec2 end = start_of(model, other[k]);
+        if (distance_to_segment(end, from->a, from->b) > p->touch) continue;
+        const nmm_vec2 along = nmm_vec2_sub(end, start_of(model, v));
+        length += 0.5 * sqrt(nmm_vec2_dot(along, along));
+    }
+    return length;
+}
+
+// Loop vertices on the segment; each stands for its share of the length.
+static nmm_status support_segment(placing *p, const nmm_scene_support *from) {
+    const nmm_model *model = p->model;
+    const int before = model->n_support;
+    for (int v = 0; v < model->n_vertex; v++) {
+        const nmm_vec2 place = start_of(model, v);
+        if (distance_to_segment(place, from->a, from->b) > p->touch) continue;
+        const double length = nmm_max(length_along(p, v, from), 1e-3 * model->size);
+        TRY(add_support(p, from, model->edge_element[v], place, length));
+    }
+    if (model->n_support > before) return NMM_OK;
+    // Nothing of the boundary: hold points along the segment, inside or between vertices.
+    const nmm_vec2 along = nmm_vec2_sub(from->b, from->a);
+    const double length = sqrt(nmm_vec2_dot(along, along));
+    const int n = 1 + (int)nmm_min(1e6, 2 * length / model->size);
+    for (int k = 0; k <= n; k++) {
+        const nmm_vec2 place = nmm_vec2_mix(from->a, from->b, (double)k / n);
+        const int e = nmm_model_find_element(model, place, p->touch);
+        if (e >= 0) TRY(add_support(p, from, e, place, length / n));
+    }
+    return NMM_OK;
+}
+
+static bool inside_box(const placing *p, nmm_vec2 place, const nmm_scene_support *box) {
+    return place.x >= box->a.x - p->touch && place.x <= box->b.x + p->touch &&
+           place.y >= box->a.y - p->touch && place.y <= box->b.y + p->touch;
+}
+
+// Every material point inside the box; covers that lie wholly inside are held exactly.
+static nmm_status support_box(placing *p, const nmm_scene_support *from) {
+    nmm_model *model = p->model;
+    unsigned char *outside = NULL;
+    TRY(nmm_allocate(p->context, &outside, (size_t)model->n_cover, 1));
+    for (int e = 0; e < model->n_element; e++) {
+        bool inside = true;
+        for (int k = model->element_start[e]; k < model->element_start[e + 1]; k++) {
+            inside = inside && inside_box(p, point_of(model, model->corner_point[k]), from);
+        }
+        for (int i = 0; i < 3 && !inside; i++)
+            outside[model->element_cover[3 * e + i]] = 1;
+    }
+    nmm_status status = NMM_OK;
+    for (int c = 0; c < model->n_cover && status == NMM_OK; c++) {
+        if (!outside[c]) status = add_hold(p, from, c);
+    }
+    for (int k = 0; k < model->n_point && status == NMM_OK; k++) {
+        const int e = model->point_element[k];
+        const int *cover = model->element_cover + 3 * (long)e;
+        if (!inside_box(p, point_of(model, k), from)) continue;
+        if (!outside[cover[0]] && !outside[cover[1]] && !outside[cover[2]]) continue;
+        status = add_support(p, from, e, point_of(model, k), 0.5 * model->size);
+    }
+    nmm_release(p->context, &outside);
+    return status;
+}
+
+static nmm_status place_support(placing *p, nmm_scene *scene, const nmm_scene_support *given) {
+    nmm_model *model = p->model;
+    nmm_scene_support from = *given;
+    from.a = nmm_vec2_sub(given->a, model->origin);
+    from.b = nmm_vec2_sub(given->b, model->origin);
+    const int before = model->n_support + model->n_hold;
+    if (from.kind == NMM_PLACE_POINT) {
+        const int e = nmm_model_find_element(model, from.a, p->touch);
+        if (e >= 0) TRY(add_support(p, &from, e, from.a, model->size));
+    } else if (from.kind == NMM_PLACE_SEGMENT) {
+        TRY(support_segment(p, &from));
+    } else if (from.kind == NMM_PLACE_BOX) {
+        TRY(support_box(p, &from));
+    } else {
+        TRY(support_block(p, &from));
+    }
+    if (model->n_support + model->n_hold > before) return NMM_OK;
+    return nmm_scene_reject(p->context, scene, given->mark,
+                            "this support touches no block; move it onto the material");
+}
+
+// --- Loads and monitors
+// ----------------------------------------------------------------------------------
+
+static nmm_status add_load(placing *p, int element, nmm_vec2 place, nmm_vec2 force, int history) {
+    nmm_model *model = p->model;
+    TRY(nmm_grow(p->context, &model->load, &p->load_capacity, model->n_load + 1, sizeof(nmm_load)));
+    nmm_load *load = &model->load[model->n_load];
+    *load = (nmm_load){.element = element, .place = place, .force = force, .history = history};
+    nmm_element_weights(model, element, place, load->weight);
+    model->n_load += 1;
+    return NMM_OK;
+}
+
+// A traction acts on the parts of the outer boundary that lie on the segment. The weights are
+// linear, so the middle of each part carries its force exactly.
+static nmm_status load_segment(placing *p, const nmm_scene_load *from) {
+    const nmm_model *model = p->model;
+    const nmm_vec2 a = nmm_vec2_sub(from->a, model->origin);
+    const nmm_vec2 b = nmm_vec2_sub(from->b, model->origin);
+    const nmm_vec2 ab = nmm_vec2_sub(b, a);
+    const double length = sqrt(nmm_vec2_dot(ab, ab));
+    for (int v = 0; v < model->n_vertex; v++) {
+        if (model->edge_mate[v] >= 0) continue;
+        const nmm_vec2 q = nmm_vec2_sub(start_of(model, v), a);
+        const nmm_vec2 r = nmm_vec2_sub(start_of(model, model->vertex_next[v]), a);
+        if (fabs(nmm_vec2_cross(ab, q)) > p->touch * length) continue;
+        if (fabs(nmm_vec2_cross(ab, r)) > p->touch * length) continue;
+        const double s = nmm_vec2_dot(ab, q) / length, t = nmm_vec2_dot(ab, r) / length;
+        const double low = nmm_max(0, nmm_min(s, t)), high = nmm_min(length, nmm_max(s, t));
+        if (high - low <= 0) continue;
+        const nmm_vec2 middle = nmm_vec2_mix(a, b, 0.5 * (low + high) / length);
+        const nmm_vec2 force = nmm_vec2_scale(high - low, from->value);
+        TRY(add_load(p, model->edge_element[v], middle, force, from->history));
+    }
+    return NMM_OK;
+}
+
+static nmm_status place_load(placing *p, nmm_scene *scene, const nmm_scene_load *from) {
+    nmm_model *model = p->model;
+    const int before = model->n_load;
+    if (from->kind == NMM_PLACE_POINT) {
+        const nmm_vec2 place = nmm_vec2_sub(from->a, model->origin);
+        const int e = nmm_model_find_element(model, place, p->touch);
+        if (e >= 0) TRY(add_load(p, e, place, from->value, from->history));
+    } else {
+        TRY(load_segment(p, from));
+    }
+    if (model->n_load > before) return NMM_OK;
+    return nmm_scene_reject(p->context, scene, from->mark,
+                            from->kind == NMM_PLACE_POINT
+                                ? "this load acts on a point outside of every block"
+                                : "no part of the boundary lies on this load's segment");
+}
+
+static nmm_status place_monitors(placing *p, nmm_scene *scene) {
+    nmm_model *model = p->model;
+    TRY(nmm_allocate(p->context, &model->monitor, (size_t)scene->n_monitor, sizeof(nmm_monitor)));
+    for (int k = 0; k < scene->n_monitor; k++) {
+        const nmm_scene_monitor *from = &scene->monitor[k];
+        const nmm_vec2 place = nmm_vec2_sub(from->point, model->origin);
+        const int e = nmm_model_find_element(model, place, p->touch);
+        if (e < 0) {
+            return nmm_scene_reject(p->context, scene, from->mark,
+                                    "monitor '%s' lies outside of every block", from->name);
+        }
+        nmm_monitor *monitor = &model->monitor[model->n_monitor++];
+        *monitor = (nmm_monitor){.element = e, .place = place};
+        char *name = NULL;
+        TRY(nmm_arena_text(p->context, &model->arena, &name, from->name, strlen(from->name)));
+        monitor->name = name;
+        nmm_element_weights(model, e, place, monitor->weight);
+        monitor->displacement = from->displacement;
+        monitor->velocity = from->velocity;
+        monitor->stress = from->stress;
+    }
+    return NMM_OK;
+}
+
+static nmm_status copy_histories(placing *p, const nmm_scene *scene) {
+    nmm_model *model = p->model;
+    const size_t n = (size_t)scene->n_history;
+    TRY(nmm_allocate(p->context, &model->history, n, sizeof(nmm_history)));
+    for (int k = 0; k < scene->n_history; k++) {
+        const nmm_history *from = &scene->history[k];
+        const size_t count = (size_t)from->n * (size_t)(1 + from->width);
+        nmm_history *to = &model->history[k];
+        *to = (nmm_history){.n = from->n, .width = from->width};
+        TRY(nmm_arena_take(p->context, &model->arena, &to->entry, count, sizeof(double)));
+        memcpy(to->entry, from->entry, count * sizeof(double));
+    }
+    model->n_history = scene->n_history;
+    return NMM_OK;
+}
+
+nmm_status nmm_loads_place(nmm_context *context, nmm_scene *scene, nmm_model *model) {
+    placing p = {.context = context, .model = model, .touch = TOUCH * model->size};
+    TRY(copy_histories(&p, scene));
+    for (int k = 0; k < scene->n_support; k++)
+        TRY(place_support(&p, scene, &scene->support[k]));
+    for (int k = 0; k < scene->n_load; k++)
+        TRY(place_load(&p, scene, &scene->load[k]));
+    return place_monitors(&p, scene);
+}
+
+// --- Start
+// -------------------------------------------------------------------------------------------------
+
+static void start_stress(const nmm_scene *scene, const nmm_model *model, nmm_state *state) {
+    const nmm_scene_initial *initial = &scene->initial;
+    for (int e = 0; e < model->n_element && initial->kind != NMM_INITIAL_NONE; e++) {
+        double *stress = state->initial_stress + 3 * (long)e;
+        stress[0] = initial->xx, stress[1] = initial->yy, stress[2] = initial->xy;
+        if (initial->kind == NMM_INITIAL_GRAVITY) {
+            const double y = model->element_centre[2 * e + 1] + model->origin.y;
+            const double density = model->material[model->element_material[e]].density;
+            // The weight above presses; nothing above the surface.
+            const double depth = nmm_max(0, initial->surface - y);
+            stress[1] = density * model->gravity.y * depth;
+            stress[0] = initial->k0 * stress[1];
+            stress[2] = 0;
+        }
+        memcpy(state->stress + 3 * (long)e, stress, 3 * sizeof *stress);
+    }
+}
+
+// Centroid of a block from its elements.
+static nmm_vec2 block_centre(const nmm_model *model, int block) {
+    double area = 0;
+    nmm_vec2 sum = {0, 0};
+    for (int e = 0; e < model->n_element; e++) {
+        if (model->element_block[e] != block) continue;
+        area += model->element_area[e];
+        sum.x += model->element_area[e] * model->element_centre[2 * e];
+        sum.y += model->element_area[e] * model->element_centre[2 * e + 1];
+    }
+    return nmm_vec2_scale(area > 0 ? 1 / area : 0, sum);
+}
+
+static void start_velocity(const nmm_scene_block *from, const nmm_model *model, int block,
+                           nmm_state *state) {
+    const nmm_vec2 centre = block_centre(model, block);
+    const double *v = from->velocity;
+    for (int c = 0; c < model->n_cover; c++) {
+        if (model->cover_block[c] != block) continue;
+        // Linear in the place of the node: a rigid motion exactly.
+        state->velocity[2 * c] = v[0] - v[2] * (model->cover_place[2 * c + 1] - centre.y);
+        state->velocity[2 * c + 1] = v[1] + v[2] * (model->cover_place[2 * c] - centre.x);
+    }
+}
+
+void nmm_loads_start(const nmm_scene *scene, const nmm_model *model, nmm_state *state) {
+    start_stress(scene, model, state);
+    for (int b = 0; b < model->n_block; b++) {
+        const int from = model->block_scene[b];
+        if (from < 0) continue;
+        const double *v = scene->block[from].velocity;
+        if (v[0] == 0 && v[1] == 0 && v[2] == 0) continue;
+        start_velocity(&scene->block[from], model, b, state);
+    }
+}
