@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+//
+// nmm run: from the scene file to the run file, step by step.
+//
+// The run file is whole after each step, whatever ends the run: the scene's end, a step that
+// cannot be solved, Ctrl-C, a full disk.
+
+#include "interrupt.h"
+#include "message.h"
+#include "options.h"
+#include "progress.h"
+#include "report.h"
+#include "scene_open.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static nmm_status read_monitor(const run_report *report, int k, nmm_reading *reading) {
+    return nmm_sim_monitor(report->source, k, reading);
+}
+
+static nmm_status write_step(nmm_output *output, nmm_sim *sim, const nmm_step_report *report) {
+    interrupt_hold(true);
+    const nmm_status status = nmm_output_step(output, sim, report);
+    interrupt_hold(false);
+    return status;
+}
+
+static nmm_status write_end(nmm_output *output, nmm_sim *sim) {
+    interrupt_hold(true);
+    const nmm_status status = nmm_output_finish(output, sim);
+    interrupt_hold(false);
+    return status;
+}
+
+/// All steps. Returns the exit status; the run file then lacks only its end.
+static int take_steps(nmm_sim *sim, nmm_output *output, const char *path, bool quiet) {
+    progress line = progress_start(nmm_sim_end_time(sim), quiet);
+    nmm_step_report report = {.end = NMM_END_RUNNING};
+    while (report.end == NMM_END_RUNNING && !interrupt_asked()) {
+        // A failed step leaves the state of the last good one, so what follows still saves it.
+        const bool stepped = nmm_sim_step(sim, &report) == NMM_OK;
+        const bool written = stepped && write_step(output, sim, &report) == NMM_OK;
+        if (!written) {
+            progress_clear(&line);
+            return message_failure(stepped ? nmm_output_error(output) : nmm_sim_error(sim), path);
+        }
+        progress_step(&line, &report);
+    }
+    progress_clear(&line);
+    if (report.end == NMM_END_RUNNING) nmm_sim_interrupt(sim);
+    return report.end == NMM_END_COMPLETED ? EXIT_DONE : EXIT_EARLY;
+}
+
+static void print_end(nmm_sim *sim, const arguments *given, const char *path) {
+    run_report report = {.scene = given->path, .path = path, .n_frame = -1, .source = sim};
+    report.reading = read_monitor;
+    report.n_monitor = nmm_sim_monitors(sim);
+    nmm_sim_summary(sim, &report.summary);
+    if (report.summary.end != NMM_END_COMPLETED)
+        message_error("%s: ended early, %s%s%s; results up to %.6g s are in %s", given->path,
+                      end_name(report.summary.end), report.summary.reason[0] ? ": " : "",
+                      report.summary.reason, report.summary.time, path);
+    if (given->json)
+        report_json(&report);
+    else if (!given->quiet)
+        report_print(&report);
+}
+
+static int run_scene(nmm_sim *sim, nmm_output **output, const arguments *given, const char *path) {
+    interrupt_hold(true);
+    const nmm_status created = nmm_output_create(output, sim, path);
+    interrupt_hold(false);
+    if (created != NMM_OK) return message_failure(nmm_output_error(*output), path);
+    int status = take_steps(sim, *output, path, given->quiet);
+    // A failed step is an early end of the caller's making.
+    if (status > EXIT_EARLY) nmm_sim_interrupt(sim);
+    if (status != EXIT_SYSTEM && write_end(*output, sim) != NMM_OK)
+        status = message_failure(nmm_output_error(*output), path);
+    print_end(sim, given, path);
+    return status;
+}
+
+static void print_warnings(nmm_sim *sim) {
+    nmm_check check;
+    char warning[MOST_WARNINGS][WARNING_LENGTH];
+    if (nmm_sim_check(sim, &check) != NMM_OK) return;
+    const int n = scene_warnings(&check, warning);
+    for (int i = 0; i < n; i++)
+        message_warning("%s", warning[i]);
+}
+
+int command_run(const arguments *given) {
+    char chosen[4096];
+    result_name(chosen, sizeof chosen, given->path, ".vtkhdf");
+    const char *path = given->output ? given->output : chosen;
+    if (same_file(path, given->path)) {
+        message_error("nmm run: --output names the scene itself, %s", path);
+        return EXIT_USAGE;
+    }
+    interrupt_listen(path);
+    nmm_sim *sim = NULL;
+    nmm_output *output = NULL;
+    int status = scene_open(&sim, given);
+    if (status == EXIT_DONE && !given->quiet) print_warnings(sim);
+    if (status == EXIT_DONE) status = run_scene(sim, &output, given, path);
+    nmm_output_destroy(output);
+    nmm_sim_destroy(sim);
+    return status;
+}

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+//
+// Ctrl-C (SIGINT) and a polite kill (SIGTERM), counted in the handler.
+//
+// The run file is whole between two writes, because each frame is flushed; so ending at once is
+// safe as soon as no write is under way. A handler can reach nothing but file-level variables: the
+// only ones of the program.
+
+#include "interrupt.h"
+
+#include "options.h"
+
+#include <signal.h>
+#include <string.h>
+#include <unistd.h>
+
+static volatile sig_atomic_t asked;   // times the user asked
+static volatile sig_atomic_t writing; // the run file is being written
+static const char *volatile run_path;
+
+static void put(const char *text) {
+    // Nothing can be done where even this fails.
+    if (write(STDERR_FILENO, text, strlen(text)) < 0) return;
+}
+
+static void leave(void) {
+    put("\nended at once; ");
+    put(run_path);
+    put(" holds the run up to its last frame\n");
+    _exit(EXIT_EARLY);
+}
+
+static void on_signal(int signal_number) {
+    (void)signal_number;
+    asked = asked + 1;
+    if (asked == 1)
+        put("\nending after this step; once more ends at once\n");
+    else if (!writing)
+        leave();
+}
+
+void interrupt_listen(const char *path) {
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = on_signal;
+    action.sa_flags = SA_RESTART;
+    sigemptyset(&action.sa_mask);
+    run_path = path;
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    // A full quota shows as a failed write, with its message, not as a killed program.
+    signal(SIGXFSZ, SIG_IGN);
+}
+
+bool interrupt_asked(void) {
+    return asked > 0;
+}
+
+void interrupt_hold(bool now_writing) {
+    writing = now_writing;
+    // What came in meanwhile is answered now.
+    if (!now_writing && asked > 1) leave();
+}

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+//
+// Reads a command's words by the option table: --name value, --name=value, -n value, -nvalue and
+// "--" before file names that begin with a dash.
+//
+// A table of our own instead of getopt_long, because parsing, help and suggestions then cannot
+// disagree, and because each command takes only its own options.
+
+#include "options.h"
+
+#include "message.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct option_row {
+    const char *name;
+    char letter;          // 0: none
+    const char *argument; // NULL: a switch
+    const char *help;
+} option_row;
+
+static const option_row option_table[N_OPTION] = {
+    [OPTION_OUTPUT] = {"output", 'o', "FILE", "where to write"},
+    [OPTION_SET] = {"set", 's', "KEY=VALUE", "replace a value of the scene; may be repeated"},
+    [OPTION_DEVICE] = {"device", 0, "NAME", "where to solve: host, target or auto"},
+    [OPTION_THREADS] = {"threads", 't', "N", "host threads (all)"},
+    [OPTION_FRAME] = {"frame", 'f', "K", "frame, from 0, or last (last)"},
+    [OPTION_FIELD] = {"field", 0, "NAME", "stress, sxx, syy, sxy, displacement, velocity or block"},
+    [OPTION_SCALE] = {"scale", 0, "FACTOR", "factor on displacements (true scale)"},
+    [OPTION_WIDTH] = {"width", 0, "PIXELS", "width of the picture (1600)"},
+    [OPTION_VTU] = {"vtu", 0, "FOLDER", "write .pvd and one .vtu for each frame there"},
+    [OPTION_JSON] = {"json", 0, NULL, "print one JSON object on standard output"},
+    [OPTION_QUIET] = {"quiet", 'q', NULL, "print errors only"},
+    [OPTION_HELP] = {"help", 'h', NULL, "print this help"},
+    [OPTION_VERSION] = {"version", 0, NULL, "print version and build"},
+};
+
+static bool allowed(const command *which, int id) {
+    return id == OPTION_HELP || id == OPTION_VERSION || (which->options >> id & 1u);
+}
+
+// --- Values
+
+static bool read_integer(const char *text, long low, long high, int *value) {
+    char *end;
+    errno = 0;
+    const long number = strtol(text, &end, 10);
+    if (errno || end == text || *end || number < low || number > high) return false;
+    *value = (int)number;
+    return true;
+}
+
+static bool read_scale(const char *text, double *value) {
+    char *end;
+    *value = strtod(text, &end);
+    return end != text && !*end && isfinite(*value) && *value > 0;
+}
+
+static bool read_device(const char *text, nmm_device_choice *value) {
+    static const char *const name[] = {"auto", "host", "target"};
+    for (int i = 0; i < 3; i++)
+        if (!strcmp(text, name[i])) {
+            *value = (nmm_device_choice)(NMM_DEVICE_CHOOSE + i);
+            return true;
+        }
+    return false;
+}
+
+static bool read_frame(const char *text, int *value) {
+    if (strcmp(text, "last")) return read_integer(text, 0, 2147483646, value);
+    *value = -1;
+    return true;
+}
+
+static bool read_setting(const char *text, arguments *given) {
+    const char *equals = strchr(text, '=');
+    if (!equals || equals == text) return false;
+    given->set[given->n_set++] = text;
+    return true;
+}
+
+/// Keep the value of an option; NULL on success, else what would have been right.
+static const char *keep_value(int id, const char *value, arguments *given) {
+    switch (id) {
+    case OPTION_OUTPUT:
+        given->output = value;
+        return *value ? NULL : "a file name";
+    case OPTION_FIELD:
+        given->field = value;
+        return *value ? NULL : "the name of a field";
+    case OPTION_VTU:
+        given->vtu = value;
+        return *value ? NULL : "a folder";
+    case OPTION_SET:
+        return read_setting(value, given) ? NULL : "key.path=value, as in --set time.end=2";
+    case OPTION_DEVICE:
+        return read_device(value, &given->device) ? NULL : "host, target or auto";
+    case OPTION_THREADS:
+        return read_integer(value, 1, 4096, &given->n_thread) ? NULL : "a whole number from 1";
+    case OPTION_FRAME:
+        return read_frame(value, &given->frame) ? NULL : "a whole number from 0, or last";
+    case OPTION_SCALE:
+        return read_scale(value, &given->scale) ? NULL : "a number above 0";
+    case OPTION_WIDTH:
+        return read_integer(value, 100, 20000, &given->width) ? NULL : "100 to 20000 pixels";
+    default:
+        return NULL;
+    }
+}
+
+static void keep_switch(int id, arguments *given) {
+    if (id == OPTION_JSON) given->json = true;
+    if (id == OPTION_QUIET) given->quiet = true;
+    if (id == OPTION_HELP) given->help = true;
+    if (id == OPTION_VERSION) given->version = true;
+}
+
+// --- Words
+
+/// The option that `word` names, N_OPTION where there is none; *value: what is attached, or NULL.
+static int find_option(const command *which, const char *word, const char **value) {
+    *value = NULL;
+    if (word[1] != '-') {
+        for (int id = 0; id < N_OPTION; id++)
+            if (allowed(which, id) && option_table[id].letter == word[1]) {
+                *value = word[2] ? word + 2 : NULL;
+                return id;
+            }
+        return N_OPTION;
+    }
+    const size_t length = strcspn(word + 2, "=");
+    if (word[2 + length] == '=') *value = word + 2 + length + 1;
+    for (int id = 0; id < N_OPTION; id++) {
+        const char *name = option_table[id].name;
+        if (allowed(which, id) && strlen(name) == length && !strncmp(name, word + 2, length))
+            return id;
+    }
+    return N_OPTION;
+}
+
+static void complain_unknown(const command *which, const char *word) {
+    const char *names[N_OPTION + 1];
+    int n = 0;
+    for (int id = 0; id < N_OPTION; id++)
+        if (allowed(which, id)) names[n++] = option_table[id].name;
+    names[n] = NULL;
+    const char *near = word[1] == '-' ? nearest_name(word + 2, names) : NULL;
+    if (near)
+        message_error("nmm %s: unknown option %s; did you mean --%s?", which->name, word, near);
+    else
+        message_error("nmm %s: unknown option %s; see nmm %s --help", which->name, word,
+                      which->name);
+}
+
+/// Take the option at word[*at] and what belongs to it.
+static bool take_option(const command *which, int n_word, char **word, int *at, arguments *given) {
+    const char *value;
+    const int id = find_option(which, word[*at], &value);
+    if (id == N_OPTION) {
+        complain_unknown(which, word[*at]);
+        return false;
+    }
+    const option_row *row = &option_table[id];
+    if (!row->argument) {
+        if (value) message_error("nmm %s: --%s takes no value", which->name, row->name);
+        keep_switch(id, given);
+        return !value;
+    }
+    if (!value && *at + 1 < n_word) value = word[++*at];
+    if (!value) {
+        message_error("nmm %s: --%s needs a value: %s", which->name, row->name, row->argument);
+        return false;
+    }
+    const char *wanted = keep_value(id, value, given);
+    if (wanted)
+        message_error("nmm %s: --%s: found \"%s\", must be %s", which->name, row->name, value,
+                      wanted);
+    return !wanted;
+}
+
+static bool take_path(const command *which, const char *word, arguments *given) {
+    if (given->path || !*word) {
+        message_error("nmm %s: one %s expected, found \"%s\" as well", which->name, which->operand,
+                      word);
+        return false;
+    }
+    given->path = word;
+    return true;
+}
+
+bool options_parse(const command *which, int n_word, char **word, arguments *given) {
+    bool only_paths = false;
+    for (int at = 0; at < n_word; at++) {
+        const bool dash = word[at][0] == '-' && word[at][1];
+        if (!only_paths && !strcmp(word[at], "--"))
+            only_paths = true;
+        else if (dash && !only_paths && !take_option(which, n_word, word, &at, given))
+            return false;
+        else if ((!dash || only_paths) && !take_path(which, word[at], given))
+            return false;
+    }
+    if (given->path || given->help || given->version) return true;
+    message_error("nmm %s: which %s? See nmm %s --help", which->name, which->operand, which->name);
+    return false;
+}
+
+// --- Help
+
+static void print_options(unsigned set) {
+    for (int id = 0; id < N_OPTION; id++) {
+        const option_row *row = &option_table[id];
+        if (!(set >> id & 1u)) continue;
+        char left[64];
+        snprintf(left, sizeof left, "--%s%s%s", row->name, row->argument ? " " : "",
+                 row->argument ? row->argument : "");
+        if (row->letter)
+            printf("  -%c, %-18s %s\n", row->letter, left, row->help);
+        else
+            printf("      %-18s %s\n", left, row->help);
+    }
+}
+
+void help_command(const command *which) {
+    printf("Usage: nmm %s %s [options]\n\n%s.\n%s", which->name, which->operand, which->purpose,
+           which->detail);
+    printf("\nOptions:\n");
+    print_options(which->options | 1u << OPTION_HELP | 1u << OPTION_VERSION);
+    printf("\nExamples:\n%s", which->examples);
+}
+
+void help_program(void) {
+    printf("Usage: nmm COMMAND FILE [options]\n\n"
+           "Jointed rock and block systems in 2-D with the Numerical Manifold Method.\n\n"
+           "Commands:\n");
+    for (const command *c = command_table; c->name; c++)
+        printf("  %-8s %s\n", c->name, c->purpose);
+    printf("\nOptions:\n");
+    print_options(1u << OPTION_HELP | 1u << OPTION_VERSION);
+    printf("\nExamples:\n"
+           "  nmm check slope.yaml               see what the scene comes to\n"
+           "  nmm run slope.yaml                 compute; results in slope.vtkhdf\n"
+           "  nmm plot slope.vtkhdf              draw the last frame into slope.png\n"
+           "  nmm run --help                     options and examples of one command\n\n"
+           "Exit status: 0 done; 1 the run ended early and said why, results up to there are\n"
+           "saved; 2 wrong command line; 3 wrong scene or file; 4 file system or memory;\n"
+           "5 the requested device is not there.\n");
+}

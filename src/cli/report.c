@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+//
+// A run as text and as JSON, on standard output.
+//
+// The names in the JSON object are a promise to other programs: they may be added to, never
+// renamed. Without a recorded end (a killed program, or one that still runs) a run counts as
+// interrupted.
+
+#include "report.h"
+
+#include "json.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+const char *end_name(nmm_end end) {
+    switch (end) {
+    case NMM_END_COMPLETED:
+        return "completed";
+    case NMM_END_STEP_TOO_SMALL:
+        return "step_too_small";
+    case NMM_END_SOLVER_FAILED:
+        return "solver_failed";
+    default:
+        return "interrupted";
+    }
+}
+
+static const char *reason_of(const nmm_summary *s) {
+    if (s->reason[0]) return s->reason;
+    return s->end == NMM_END_RUNNING ? "no end was recorded: still running, or killed" : "";
+}
+
+// --- Text
+
+static double part(double value, double whole) {
+    return whole > 0 ? 100 * value / whole : 0;
+}
+
+static void print_phases(const nmm_summary *s) {
+    const nmm_phases *p = &s->phase_seconds;
+    const struct {
+        const char *name;
+        double seconds;
+    } row[] = {{"contact", p->contact},
+               {"assemble", p->assemble},
+               {"solve", p->solve},
+               {"advance", p->advance},
+               {"output", p->output}};
+    printf("\nTime by phase           s     %%\n");
+    for (int i = 0; i < 5; i++)
+        printf("  %-12s %10.3f %5.1f\n", row[i].name, row[i].seconds,
+               part(row[i].seconds, s->wall_seconds));
+    printf("  %-12s %10.3f\n", "whole run", s->wall_seconds);
+}
+
+static void print_energy(const nmm_energy *e) {
+    const struct {
+        const char *name;
+        double joule;
+    } row[] = {{"kinetic", e->kinetic},   {"strain", e->strain},       {"contact", e->contact},
+               {"friction", e->friction}, {"fracture", e->fracture},   {"support", e->support},
+               {"damping", e->damping},   {"numerical", e->numerical}, {"residual", e->residual}};
+    double scale = fabs(e->external);
+    for (int i = 0; i < 8; i++)
+        scale = fmax(scale, fabs(row[i].joule));
+    printf("\nEnergy                  J     %% of the largest\n");
+    printf("  %-12s %10.4g %6.2f   work put in; it went into:\n", "external", e->external,
+           part(e->external, scale));
+    for (int i = 0; i < 9; i++)
+        printf("  %-12s %10.4g %6.2f\n", row[i].name, row[i].joule, part(row[i].joule, scale));
+}
+
+static void print_monitor(const nmm_reading *r) {
+    printf("  %-12s", r->name);
+    if (r->has_displacement)
+        printf(" displacement %.4g %.4g m ", r->displacement[0], r->displacement[1]);
+    if (r->has_velocity) printf(" velocity %.4g %.4g m/s ", r->velocity[0], r->velocity[1]);
+    if (r->has_stress)
+        printf(" stress xx %.4g yy %.4g xy %.4g Pa", r->stress[0], r->stress[1], r->stress[2]);
+    printf("\n");
+}
+
+static void print_monitors(const run_report *report) {
+    if (report->n_monitor > 0) printf("\nMonitors at the end\n");
+    for (int k = 0; k < report->n_monitor; k++) {
+        nmm_reading reading;
+        if (report->reading(report, k, &reading) == NMM_OK) print_monitor(&reading);
+    }
+}
+
+static void print_steps(const nmm_summary *s) {
+    const double steps = s->steps > 0 ? (double)s->steps : 1,
+                 solves = s->solves > 0 ? s->solves : 1;
+    printf("  %ld steps to %.6g s in %.3g s of wall time; %ld shortened; %.2f open-close passes a "
+           "step\n",
+           s->steps, s->time, s->wall_seconds, s->dt_cuts, s->open_close_iterations / steps);
+    printf("  solver %s on %s, %s precision: %ld solves, %.1f iterations each, %ld failed\n",
+           s->method, s->device, s->precision, s->solves, s->iterations / solves, s->failed);
+}
+
+void report_print(const run_report *report) {
+    const nmm_summary *s = &report->summary;
+    const char *reason = reason_of(s);
+    printf("%s: %s%s%s\n", report->scene, end_name(s->end), *reason ? ": " : "", reason);
+    printf("  %d blocks, %d elements, %d covers, %d unknowns, %d contacts\n", s->blocks,
+           s->elements, s->covers, s->unknowns, s->contacts);
+    print_steps(s);
+    printf("  worst penetration %.3g m\n", s->max_penetration);
+    print_phases(s);
+    print_energy(&s->energy);
+    print_monitors(report);
+    if (report->n_frame >= 0)
+        printf("\nResults in %s, %d frames\n", report->path, report->n_frame);
+    else
+        printf("\nResults in %s\n", report->path);
+}
+
+// --- JSON
+
+static void json_counts(json *out, const nmm_summary *s) {
+    json_integer(out, "blocks", s->blocks);
+    json_integer(out, "elements", s->elements);
+    json_integer(out, "covers", s->covers);
+    json_integer(out, "unknowns", s->unknowns);
+    json_integer(out, "contacts", s->contacts);
+    json_integer(out, "steps", s->steps);
+    json_number(out, "time", s->time);
+    json_text(out, "end", end_name(s->end));
+    json_text(out, "reason", reason_of(s));
+}
+
+static void json_phases(json *out, const nmm_summary *s) {
+    json_number(out, "wall_seconds", s->wall_seconds);
+    json_open(out, "phase_seconds");
+    json_number(out, "contact", s->phase_seconds.contact);
+    json_number(out, "assemble", s->phase_seconds.assemble);
+    json_number(out, "solve", s->phase_seconds.solve);
+    json_number(out, "advance", s->phase_seconds.advance);
+    json_number(out, "output", s->phase_seconds.output);
+    json_close(out);
+}
+
+static void json_solver(json *out, const nmm_summary *s) {
+    json_open(out, "solver");
+    json_text(out, "method", s->method);
+    json_text(out, "device", s->device);
+    json_boolean(out, "on_device", s->on_device);
+    json_text(out, "precision", s->precision);
+    json_integer(out, "solves", s->solves);
+    json_integer(out, "iterations", s->iterations);
+    json_integer(out, "failed", s->failed);
+    json_close(out);
+    json_integer(out, "dt_cuts", s->dt_cuts);
+    json_integer(out, "open_close_iterations", s->open_close_iterations);
+}
+
+static void json_energy(json *out, const nmm_energy *e) {
+    json_open(out, "energy");
+    json_number(out, "kinetic", e->kinetic);
+    json_number(out, "strain", e->strain);
+    json_number(out, "contact", e->contact);
+    json_number(out, "friction", e->friction);
+    json_number(out, "fracture", e->fracture);
+    json_number(out, "support", e->support);
+    json_number(out, "damping", e->damping);
+    json_number(out, "external", e->external);
+    json_number(out, "numerical", e->numerical);
+    json_number(out, "residual", e->residual);
+    json_close(out);
+}
+
+static void json_monitors(json *out, const run_report *report) {
+    json_open(out, "monitors");
+    for (int k = 0; k < report->n_monitor; k++) {
+        nmm_reading r;
+        if (report->reading(report, k, &r) != NMM_OK) continue;
+        json_open(out, r.name);
+        if (r.has_displacement) json_numbers(out, "displacement", 2, r.displacement);
+        if (r.has_velocity) json_numbers(out, "velocity", 2, r.velocity);
+        if (r.has_stress) json_numbers(out, "stress", 3, r.stress);
+        json_close(out);
+    }
+    json_close(out);
+}
+
+void report_json(const run_report *report) {
+    const nmm_summary *s = &report->summary;
+    json out = {.file = stdout};
+    json_open(&out, NULL);
+    json_text(&out, "scene", report->scene);
+    json_text(&out, "output", report->path);
+    json_counts(&out, s);
+    json_phases(&out, s);
+    json_solver(&out, s);
+    json_energy(&out, &s->energy);
+    json_number(&out, "max_penetration", s->max_penetration);
+    json_monitors(&out, report);
+    json_hash(&out, "state_hash", s->state_hash);
+    json_close(&out);
+}

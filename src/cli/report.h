@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+//
+// A run as text for people and as JSON for programs. Used after a run and for a run file.
+
+#ifndef NMM_CLI_REPORT_H
+#define NMM_CLI_REPORT_H
+
+#include "nmm/nmm.h"
+
+/// A run to be reported. `reading` gives monitor k, from the simulation or from the file.
+typedef struct run_report {
+    const char *scene; // file name or title
+    const char *path;  // of the run file
+    nmm_summary summary;
+    int n_frame; // -1: not known
+    int n_monitor;
+    nmm_status (*reading)(const struct run_report *report, int k, nmm_reading *reading);
+    void *source; // for `reading`
+} run_report;
+
+/// "completed", "step_too_small", "solver_failed" or "interrupted".
+const char *end_name(nmm_end end);
+
+void report_print(const run_report *report);
+void report_json(const run_report *report);
+
+#endif

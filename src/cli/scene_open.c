@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+//
+// From the command line to a simulation, its mistakes and warnings; names of result files.
+
+#include "scene_open.h"
+
+#include "message.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+int scene_open(nmm_sim **sim, const arguments *given) {
+    nmm_sim_def def = nmm_default_sim_def();
+    def.path = given->path;
+    def.n_override = given->n_set;
+    def.override = given->set;
+    def.n_thread = given->n_thread;
+    def.device = given->device;
+    const nmm_status status = nmm_sim_create(sim, &def);
+    if (status == NMM_OK) return EXIT_DONE;
+    const char *mistakes = nmm_sim_mistakes(*sim);
+    if (!mistakes || !*mistakes) return message_failure(nmm_sim_error(*sim), given->path);
+    fputs(mistakes, stderr);
+    if (mistakes[strlen(mistakes) - 1] != '\n') fputc('\n', stderr);
+    return exit_status_of(status);
+}
+
+int scene_warnings(const nmm_check *check, char warning[][WARNING_LENGTH]) {
+    int n = 0;
+    if (check->joints_outside > 0)
+        snprintf(warning[n++], WARNING_LENGTH, "%d joints lie outside the domain and cut nothing",
+                 check->joints_outside);
+    if (check->trimmed > 0)
+        snprintf(warning[n++], WARNING_LENGTH,
+                 "%d joint ends were cut back to the edge of an element, %.3g m in all: a joint "
+                 "ends where it leaves an element; smaller covers lose less",
+                 check->trimmed, check->trimmed_length);
+    // A sliver: an element a thousandth of its neighbours makes the equations stiff.
+    if (check->elements > 0 && check->smallest_area < 1e-3 * check->mean_area)
+        snprintf(warning[n++], WARNING_LENGTH,
+                 "smallest element %.3g m2 is a sliver (mean %.3g m2): the solver may need more "
+                 "iterations; another covers.size or joints that meet in a point help",
+                 check->smallest_area, check->mean_area);
+    return n;
+}
+
+void result_name(char *name, size_t room, const char *path, const char *ending) {
+    const char *slash = strrchr(path, '/');
+    const char *base = slash ? slash + 1 : path;
+    const char *dot = strrchr(base, '.');
+    const size_t length = dot && dot != base ? (size_t)(dot - base) : strlen(base);
+    snprintf(name, room, "%.*s%s", (int)length, base, ending);
+}
+
+bool same_file(const char *a, const char *b) {
+    struct stat first, second;
+    if (stat(a, &first) != 0 || stat(b, &second) != 0) return false;
+    return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+}
