@@ -11,6 +11,22 @@
 #include "solve.h"
 #include "system.h"
 
+/// Limits of one step.
+enum {
+    NMM_MAX_PASS = 40,  // open-close passes of one try
+    NMM_MAX_FLIP = 24,  // of them with contacts still changing mode
+    NMM_MAX_RAISE = 30, // times carried forces are raised in one try
+};
+
+/// Why a try of a step was given up.
+typedef enum nmm_try {
+    NMM_TRY_SETTLED,
+    NMM_TRY_MOVED,  // beyond max_move
+    NMM_TRY_FLIPS,  // contacts keep changing mode
+    NMM_TRY_FORCES, // modes settled, forces do not balance
+    NMM_TRY_SOLVER, // the linear solver missed its tolerance
+} nmm_try;
+
 struct nmm_sim {
     nmm_context context;
     nmm_scene scene;
@@ -22,12 +38,46 @@ struct nmm_sim {
     nmm_system system;
     const nmm_solve_backend *backend;
     nmm_solver *solver;
+    int solver_rows, solver_blocks; // sizes the solver is open for
+    double allowed;                 // [m] largest displacement of a step
+
+    // The state at the start of the step, to go back to.
+    double *start_displacement, *start_velocity; // [n_cover][2]
+    double *start_position;                      // [n_point][2]
+    double *start_support;                       // [n_support][2]
+    nmm_contact *start_contact;
+    int start_capacity;
+
+    // Stored energies at the last accepted state [J].
+    double kinetic, strain, support, contact;
+    double kinetic0, strain0;
     nmm_contact_energy contact_energy;
     nmm_energy energy;
+
     nmm_summary summary;    // running totals
     nmm_step_report report; // of the last step
-    char *choices;          // text of nmm_sim_choices
-    double started;         // clock
+    double phase_mark;      // clock at the last change of phase
+    double started;         // clock at creation
+    char *choices;          // text of nmm_sim_choices, in the scene's arena
 };
+
+/// Change of time since the last call of it is added to *phase.
+void nmm_sim_clock(nmm_sim *sim, double *phase);
+
+/// Sets sim->choices.
+nmm_status nmm_sim_describe(nmm_sim *sim);
+
+/// Try one step of length h from the saved start: the open-close loop.
+nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome);
+
+/// Energies of the state as it is: sets sim->kinetic0, strain0 and the stored ones; once, at the
+/// start.
+void nmm_ledger_start(nmm_sim *sim);
+
+/// Book the step of length h that was just accepted (before the velocities are updated).
+void nmm_ledger_step(nmm_sim *sim, double h, nmm_contact_energy before);
+
+/// Work of the contact forces on the covers over the step [J], from the last residual.
+double nmm_ledger_contact_work(const nmm_sim *sim);
 
 #endif

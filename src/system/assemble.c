@@ -179,8 +179,9 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
         for (int x = 0; x < 2; x++) {
             const double load = system->load[2 * c + x];
             const bool held = system->fixed != NULL && (system->fixed[c] >> x & 1);
-            system->residual[2 * c + x] =
-                held ? 0 : load - inner[x] - inertia[x] + support[x] + contact[x];
+            const double sum = load - inner[x] - inertia[x] + support[x] + contact[x];
+            system->residual[2 * c + x] = held ? 0 : sum;
+            if (held) system->reaction[2 * c + x] = -sum;
             system->scale[c] += load * load + inner[x] * inner[x] + inertia[x] * inertia[x] +
                                 support[x] * support[x] + contact[x] * contact[x];
         }

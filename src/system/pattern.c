@@ -134,6 +134,7 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
     TRY(build_supports(context, system, model));
     if (model->n_hold > 0) {
         TRY(nmm_allocate(context, &system->fixed, n, 1));
+        TRY(nmm_allocate(context, &system->reaction, 2 * n, sizeof(double)));
         for (int k = 0; k < model->n_hold; k++) {
             const nmm_hold *hold = &model->hold[k];
             system->fixed[hold->cover] |= (unsigned char)(hold->fix_x + 2 * hold->fix_y);
@@ -165,7 +166,7 @@ void nmm_system_destroy(nmm_context *context, nmm_system *system) {
         &system->row,           &system->identity,      &system->contact_slot,
         &system->contact_start, &system->cover_contact, &system->pair,
         &system->piola,         &system->stiffness,     &system->acceleration,
-        &system->load,          &system->scale,
+        &system->load,          &system->scale,         &system->reaction,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);

@@ -30,7 +30,8 @@ typedef struct nmm_system {
     double *element_mass;               // [n_element][6] kg, nmm_mass_of
     double *cover_mass;                 // [n_cover] kg, row sums
     int *support_start, *cover_support; // 3 * support + place of the cover in it, by cover
-    unsigned char *fixed;               // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
+    double *reaction;     // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
+    unsigned char *fixed; // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
     bool lumped;
     double damping; // [1/s]
 

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+//
+// One time step: find contacts, try with the current dt, shorten until it settles, accept, book,
+// choose the next dt. Equations (4.x) of docs/theory/4-time.md.
+
+#include "step.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+// Factors of the step size: after a failure, and at most after a success.
+#define SHORTEN 0.3
+#define GROW 1.3
+
+void nmm_sim_clock(nmm_sim *sim, double *phase) {
+    const double now = nmm_clock();
+    *phase += now - sim->phase_mark;
+    sim->phase_mark = now;
+}
+
+// --- Parts of a step
+// --------------------------------------------------------------------------------
+
+static nmm_status save_start(nmm_sim *sim) {
+    const nmm_model *model = &sim->model;
+    const nmm_state *state = &sim->state;
+    const size_t pair = 2 * sizeof(double);
+    TRY(nmm_grow(&sim->context, &sim->start_contact, &sim->start_capacity, state->n_contact,
+                 sizeof(nmm_contact)));
+    memcpy(sim->start_displacement, state->displacement, (size_t)model->n_cover * pair);
+    memcpy(sim->start_velocity, state->velocity, (size_t)model->n_cover * pair);
+    memcpy(sim->start_position, state->position, (size_t)model->n_point * pair);
+    if (model->n_support > 0) {
+        memcpy(sim->start_support, state->support_force, (size_t)model->n_support * pair);
+    }
+    if (state->n_contact > 0) {
+        memcpy(sim->start_contact, state->contact, (size_t)state->n_contact * sizeof(nmm_contact));
+    }
+    return NMM_OK;
+}
+
+// Back to the last good state after a step that was given up.
+static void return_to_start(nmm_sim *sim) {
+    nmm_state *state = &sim->state;
+    const size_t pair = 2 * sizeof(double);
+    memcpy(state->displacement, sim->start_displacement, (size_t)sim->model.n_cover * pair);
+    if (sim->model.n_support > 0) {
+        memcpy(state->support_force, sim->start_support, (size_t)sim->model.n_support * pair);
+    }
+    if (state->n_contact > 0) {
+        memcpy(state->contact, sim->start_contact, (size_t)state->n_contact * sizeof(nmm_contact));
+    }
+    nmm_state_place(&sim->model, state, sim->context.n_thread);
+}
+
+// Contacts of the step, their history and the pattern that follows.
+static nmm_status find_contacts(nmm_sim *sim) {
+    if (sim->search != NULL) {
+        TRY(nmm_contact_find(&sim->context, sim->search, &sim->model, &sim->state));
+    }
+    nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
+    TRY(nmm_system_pattern(&sim->context, &sim->system, &sim->model, &sim->state));
+    nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
+    return NMM_OK;
+}
+
+// v' = 2 delta d / h - v, eq. (4.3); held unknowns move as prescribed.
+static void update_velocity(nmm_sim *sim, double h) {
+    const unsigned char *fixed = sim->system.fixed;
+    for (int i = 0; i < 2 * sim->model.n_cover; i++) {
+        const double mean = (sim->state.displacement[i] - sim->start_displacement[i]) / h;
+        const bool held = fixed != NULL && (fixed[i / 2] >> i % 2 & 1);
+        sim->state.velocity[i] = held ? mean : 2 * mean - sim->start_velocity[i];
+    }
+}
+
+static void update_stress(nmm_sim *sim) {
+    const nmm_model *model = &sim->model;
+    const int n = model->n_element, n_thread = sim->context.n_thread;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
+    for (int e = 0; e < n; e++) {
+        double d[6];
+        for (int i = 0; i < 6; i++) {
+            d[i] = sim->state.displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
+        }
+        const nmm_strain strain = nmm_strain_of(d, model->element_gradient + 6 * (long)e);
+        const double *P = sim->system.piola + 4 * (long)e;
+        nmm_cauchy_of(&strain, (nmm_tensor){P[0], P[1], P[2], P[3]},
+                      sim->state.stress + 3 * (long)e);
+        sim->state.rotation[2 * e] = strain.c;
+        sim->state.rotation[2 * e + 1] = strain.s;
+    }
+}
+
+static void report_contacts(nmm_sim *sim) {
+    nmm_step_report *report = &sim->report;
+    report->contacts = sim->state.n_contact;
+    report->closed = 0;
+    report->penetration = 0;
+    for (int k = 0; k < sim->state.n_contact; k++) {
+        const nmm_contact *contact = &sim->state.contact[k];
+        if (contact->mode == NMM_CONTACT_OPEN) continue;
+        report->closed += 1;
+        report->penetration = nmm_max(report->penetration, -contact->gap);
+    }
+    sim->summary.max_penetration = nmm_max(sim->summary.max_penetration, report->penetration);
+}
+
+// The try settled: it becomes the new state.
+static nmm_status accept_step(nmm_sim *sim, double h) {
+    nmm_state *state = &sim->state;
+    const nmm_contact_energy before = sim->contact_energy;
+    state->time += h;
+    state->step += 1;
+    update_stress(sim);
+    update_velocity(sim, h);
+    if (sim->search != NULL) {
+        nmm_contact_commit(sim->search, &sim->model, state, &sim->contact_energy);
+    }
+    nmm_ledger_step(sim, h, before);
+    report_contacts(sim);
+    TRY(nmm_state_check(&sim->context, &sim->model, state, "step"));
+    nmm_sim_clock(sim, &sim->summary.phase_seconds.advance);
+    return NMM_OK;
+}
+
+// --- Step size
+// -------------------------------------------------------------------------------------------
+
+// Length of the next try: as wished, and the last step ends on the scene's end.
+static double choose_length(const nmm_sim *sim) {
+    const double left = sim->settings.end - sim->state.time;
+    const double wished = sim->state.dt;
+    if (left <= wished * (1 + 1e-9)) return left;
+    // Two equal steps rather than a tiny last one.
+    return left < 1.5 * wished ? 0.5 * left : wished;
+}
+
+static double shorter(const nmm_sim *sim, double h, nmm_try outcome) {
+    const double move = sim->report.move;
+    if (outcome == NMM_TRY_MOVED && move < INFINITY) {
+        return h * nmm_max(0.1, nmm_min(0.7, 0.8 / move));
+    }
+    return SHORTEN * h;
+}
+
+// Grow slowly, stay below the cap, and do not plan to move further than allowed.
+static void plan_next(nmm_sim *sim, double h) {
+    double next = nmm_min(GROW * h, sim->settings.dt_max);
+    if (h < sim->state.dt) next = nmm_max(next, nmm_min(sim->state.dt, GROW * h));
+    if (sim->report.move > 0.7) next = nmm_min(next, h * 0.9 / sim->report.move);
+    sim->state.dt = nmm_max(next, sim->settings.dt_min);
+}
+
+static void end_early(nmm_sim *sim, nmm_try outcome, double h) {
+    nmm_step_report *report = &sim->report;
+    char why[256];
+    snprintf(why, sizeof why, "%s", report->reason);
+    snprintf(report->reason, sizeof report->reason,
+             "dt would fall below dt_min = %.3g s (at %.3g s): %.160s", sim->settings.dt_min, h,
+             why);
+    report->end = outcome == NMM_TRY_SOLVER ? NMM_END_SOLVER_FAILED : NMM_END_STEP_TOO_SMALL;
+    sim->summary.end = report->end;
+    snprintf(sim->summary.reason, sizeof sim->summary.reason, "%s", report->reason);
+}
+
+// Tries until one settles; *h is its length. report->end tells when none did.
+static nmm_status settle_step(nmm_sim *sim, double *h) {
+    nmm_step_report *report = &sim->report;
+    for (;;) {
+        nmm_try outcome = NMM_TRY_SETTLED;
+        TRY(nmm_step_try(sim, *h, &outcome));
+        if (outcome == NMM_TRY_SETTLED && report->move > 1 + 1e-9) {
+            snprintf(report->reason, sizeof report->reason,
+                     "a point moved %.3g times the allowed %.3g m", report->move, sim->allowed);
+            outcome = NMM_TRY_MOVED;
+        }
+        if (outcome == NMM_TRY_SETTLED) return NMM_OK;
+        *h = shorter(sim, *h, outcome);
+        report->cuts += 1;
+        sim->summary.dt_cuts += 1;
+        if (*h >= sim->settings.dt_min) continue;
+        return_to_start(sim);
+        end_early(sim, outcome, *h);
+        return NMM_OK;
+    }
+}
+
+// --- The step
+// ----------------------------------------------------------------------------------------------
+
+static nmm_status do_step(nmm_sim *sim) {
+    nmm_step_report *report = &sim->report;
+    *report =
+        (nmm_step_report){.step = sim->state.step, .time = sim->state.time, .energy = sim->energy};
+    sim->phase_mark = nmm_clock();
+    if (sim->summary.end != NMM_END_RUNNING) {
+        report->end = sim->summary.end;
+        return NMM_OK;
+    }
+    TRY(find_contacts(sim));
+    TRY(save_start(sim));
+    double h = choose_length(sim);
+    TRY(settle_step(sim, &h));
+    if (report->end != NMM_END_RUNNING) return NMM_OK;
+    TRY(accept_step(sim, h));
+    plan_next(sim, h);
+    report->step = sim->state.step;
+    report->time = sim->state.time;
+    report->dt = h;
+    report->energy = sim->energy;
+    if (sim->state.time >= sim->settings.end * (1 - 1e-12)) {
+        report->end = sim->summary.end = NMM_END_COMPLETED;
+    }
+    return NMM_OK;
+}
+
+nmm_status nmm_sim_step(nmm_sim *sim, nmm_step_report *report) {
+    const nmm_status status =
+        sim->context.error.status != NMM_OK ? sim->context.error.status : do_step(sim);
+    if (report != NULL) *report = sim->report;
+    return status;
+}

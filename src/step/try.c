@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: MIT
+//
+// One try of a time step: the open-close loop as a Newton iteration. The first pass, from the start
+// of the step with the modes of the contacts there, is Shi's linear step; every later pass corrects
+// the balance of forces at the end configuration. A solve that misses its tolerance ends the try.
+
+#include "step.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+// --- Parts of a pass
+// --------------------------------------------------------------------------------
+
+static void restore_start(nmm_sim *sim) {
+    const nmm_model *model = &sim->model;
+    nmm_state *state = &sim->state;
+    const size_t pair = 2 * sizeof(double);
+    memcpy(state->displacement, sim->start_displacement, (size_t)model->n_cover * pair);
+    if (model->n_support > 0) {
+        memcpy(state->support_force, sim->start_support, (size_t)model->n_support * pair);
+    }
+    if (state->n_contact > 0) {
+        memcpy(state->contact, sim->start_contact, (size_t)state->n_contact * sizeof(nmm_contact));
+    }
+}
+
+static nmm_contact_verdict evaluate_contacts(nmm_sim *sim) {
+    nmm_state_place(&sim->model, &sim->state, sim->context.n_thread);
+    if (sim->search == NULL) return (nmm_contact_verdict){.worst = -1};
+    return nmm_contact_evaluate(sim->search, &sim->model, &sim->state);
+}
+
+// Room in the solver for the matrix as it is now.
+static nmm_status open_solver(nmm_sim *sim) {
+    const nmm_bsr *K = &sim->system.K;
+    const int n_block = K->row_start[K->n_row];
+    if (sim->solver != NULL && K->n_row <= sim->solver_rows && n_block <= sim->solver_blocks) {
+        return NMM_OK;
+    }
+    sim->backend->close(&sim->context, &sim->solver);
+    sim->solver_rows = K->n_row;
+    sim->solver_blocks = n_block + n_block / 4;
+    sim->system.keep_pattern = false;
+    return sim->backend->open(&sim->context, &sim->solver, sim->solver_rows, sim->solver_blocks);
+}
+
+static nmm_solve_options solve_options(const nmm_sim *sim) {
+    const nmm_scene_settings *settings = &sim->settings;
+    static const nmm_solve_method method[] = {
+        [NMM_METHOD_AUTO] = NMM_SOLVE_AUTO,
+        [NMM_METHOD_JACOBI] = NMM_SOLVE_JACOBI,
+        [NMM_METHOD_PCG] = NMM_SOLVE_PCG,
+        [NMM_METHOD_SOR] = NMM_SOLVE_SOR,
+        [NMM_METHOD_GAUSS_SEIDEL] = NMM_SOLVE_GAUSS_SEIDEL,
+    };
+    return (nmm_solve_options){
+        .method = method[settings->method],
+        .tolerance = settings->solver_tolerance,
+        // Later passes solve for small corrections: no need to go far below the balance asked for.
+        .absolute = 0.2 * settings->tolerance * sim->system.force_scale,
+        .stop_average_change = settings->stop == NMM_STOP_AVERAGE_CHANGE,
+        .jacobi_damping = settings->jacobi_damping,
+        .sor_factor = settings->sor_factor,
+        .max_iterations = settings->max_iterations,
+        .n_thread = sim->context.n_thread,
+    };
+}
+
+// First guess of a pass: the motion goes on; later passes start from no correction.
+static void guess_change(nmm_sim *sim, double h, int pass) {
+    double *change = sim->system.change;
+    for (int i = 0; i < 2 * sim->model.n_cover; i++) {
+        change[i] = pass == 0 ? h * sim->state.velocity[i] : 0;
+    }
+    if (sim->system.fixed == NULL) return;
+    for (int i = 0; i < 2 * sim->model.n_cover; i++) {
+        if (sim->system.fixed[i / 2] >> i % 2 & 1) change[i] = 0;
+    }
+}
+
+static nmm_status solve_pass(nmm_sim *sim, double h, int pass, nmm_solve_report *report) {
+    nmm_system *system = &sim->system;
+    nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h);
+    nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
+    TRY(open_solver(sim));
+    guess_change(sim, h, pass);
+    const nmm_solve_options options = solve_options(sim);
+    TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
+                            system->change, system->keep_pattern, &options, report));
+    system->keep_pattern = true;
+    sim->summary.solves += 1;
+    sim->summary.iterations += report->iterations;
+    sim->summary.failed += report->end != NMM_SOLVE_CONVERGED;
+    sim->summary.on_device |= report->on_device;
+    sim->report.solver_iterations += report->iterations;
+    nmm_sim_clock(sim, &sim->summary.phase_seconds.solve);
+    return NMM_OK;
+}
+
+static void apply_change(nmm_sim *sim) {
+    for (int i = 0; i < 2 * sim->model.n_cover; i++) {
+        sim->state.displacement[i] += sim->system.change[i];
+    }
+}
+
+// Largest displacement of a point in this step over the allowed one; NaN counts as infinite.
+static double largest_move(const nmm_sim *sim) {
+    double largest = 0;
+    for (int p = 0; p < sim->model.n_point; p++) {
+        const double x = sim->state.position[2 * p] - sim->start_position[2 * p];
+        const double y = sim->state.position[2 * p + 1] - sim->start_position[2 * p + 1];
+        const double square = x * x + y * y;
+        if (!(square <= largest)) largest = square;
+        if (!(largest < INFINITY)) return INFINITY;
+    }
+    return sqrt(largest) / sim->allowed;
+}
+
+// --- When is it settled?
+// ------------------------------------------------------------------------------
+
+static bool forces_balance(const nmm_sim *sim) {
+    const double *r = sim->system.residual;
+    const double norm = sqrt(nmm_sum_product(2 * sim->model.n_cover, r, r, sim->context.n_thread));
+    return norm <= sim->settings.tolerance * sim->system.force_scale;
+}
+
+static int count_flips(const nmm_contact_verdict *verdict) {
+    return verdict->n_opened + verdict->n_closed + verdict->n_slipped + verdict->n_stuck;
+}
+
+// The last passes went twice through the same modes, with a change between.
+static bool runs_in_circles(const uint64_t *modes, int n) {
+    for (int period = 2; period <= 4 && 3 * period <= n; period++) {
+        bool same = modes[n - 1] != modes[n - 2];
+        for (int k = 1; k <= 2 * period && same; k++)
+            same = modes[n - k] == modes[n - k - period];
+        if (same) return true;
+    }
+    return false;
+}
+
+// Raise the carried forces of supports (and augmented contacts) that gave way; false when none did.
+static bool raise_carried(nmm_sim *sim, double end) {
+    nmm_state *state = &sim->state;
+    const double allowed = 0.1 * sim->settings.tolerance * sim->model.height;
+    bool raised = false;
+    for (int s = 0; s < sim->model.n_support; s++) {
+        const nmm_vec2 error = nmm_support_error(&sim->model, state, s, end);
+        if (fabs(error.x) <= allowed && fabs(error.y) <= allowed) continue;
+        const nmm_vec2 reaction = nmm_support_reaction(&sim->model, state, s, error);
+        state->support_force[2 * s] = reaction.x;
+        state->support_force[2 * s + 1] = reaction.y;
+        raised = true;
+    }
+    return raised;
+}
+
+static void say_flips(nmm_sim *sim, const nmm_contact_verdict *verdict, const char *what) {
+    char contact[160] = "";
+    if (verdict->worst >= 0) {
+        nmm_contact_describe(&sim->model, &sim->state, verdict->worst, contact, sizeof contact);
+    }
+    snprintf(sim->report.reason, sizeof sim->report.reason, "%s%s%s", what,
+             contact[0] != 0 ? ": " : "", contact);
+}
+
+static const char *name_of_end(nmm_solve_end end) {
+    switch (end) {
+    case NMM_SOLVE_CONVERGED:
+        return "converged";
+    case NMM_SOLVE_DIVERGED:
+        return "diverged";
+    case NMM_SOLVE_TOO_SLOW:
+        return "did not converge within its iterations";
+    case NMM_SOLVE_INDEFINITE:
+        return "met a matrix that is not positive definite";
+    case NMM_SOLVE_NOT_FINITE:
+        return "met a number that is not finite";
+    }
+    return "failed";
+}
+
+// --- The loop
+// --------------------------------------------------------------------------------------------
+
+// What the passes of one try remember.
+typedef struct passes {
+    uint64_t modes[NMM_MAX_PASS];
+    int n, raised;
+    nmm_contact_verdict verdict;
+} passes;
+
+// Judge the state after a residual: go on (false), or end the try with *outcome (true).
+static bool judge_pass(nmm_sim *sim, passes *p, double end, nmm_try *outcome) {
+    if (p->n == 0) return false;
+    const bool quiet = count_flips(&p->verdict) == 0;
+    if (quiet && forces_balance(sim)) {
+        if (p->raised < NMM_MAX_RAISE && raise_carried(sim, end)) {
+            p->raised += 1;
+            p->n = nmm_min_int(p->n, NMM_MAX_PASS / 2);
+            return false;
+        }
+        *outcome = NMM_TRY_SETTLED;
+        return true;
+    }
+    if (!quiet && (p->n >= NMM_MAX_FLIP || runs_in_circles(p->modes, p->n))) {
+        say_flips(sim, &p->verdict,
+                  p->n >= NMM_MAX_FLIP ? "contacts keep changing mode"
+                                       : "contacts change mode in circles");
+        *outcome = NMM_TRY_FLIPS;
+        return true;
+    }
+    if (p->n < NMM_MAX_PASS) return false;
+    say_flips(sim, &p->verdict, "forces do not balance");
+    *outcome = NMM_TRY_FORCES;
+    return true;
+}
+
+nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
+    const nmm_step_state step = {h, sim->state.time + h, sim->start_displacement};
+    passes p = {0};
+    restore_start(sim);
+    nmm_system_hold(&sim->model, &sim->state, step.end);
+    nmm_system_load(&sim->system, &sim->model, step.end);
+    evaluate_contacts(sim);
+    for (;;) {
+        nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
+        nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step);
+        bool ended = judge_pass(sim, &p, step.end, outcome);
+        if (p.n > 0 && !ended && p.raised > 0) {
+            // Carried forces may just have been raised.
+            nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step);
+        }
+        sim->report.passes = p.n;
+        if (ended) return NMM_OK;
+        nmm_solve_report solved = {0};
+        TRY(solve_pass(sim, h, p.n, &solved));
+        if (solved.end != NMM_SOLVE_CONVERGED) {
+            snprintf(sim->report.reason, sizeof sim->report.reason,
+                     "the solver %s (%d iterations, relative residual %.2g)",
+                     name_of_end(solved.end), solved.iterations, solved.residual);
+            *outcome = NMM_TRY_SOLVER;
+            return NMM_OK;
+        }
+        apply_change(sim);
+        p.verdict = evaluate_contacts(sim);
+        p.modes[p.n++] = p.verdict.modes;
+        sim->summary.open_close_iterations += 1;
+        sim->report.move = largest_move(sim);
+        // Far beyond what is allowed: no need to settle first.
+        if (sim->report.move > 2) {
+            snprintf(sim->report.reason, sizeof sim->report.reason,
+                     "a point moved %.3g times the allowed %.3g m", sim->report.move, sim->allowed);
+            *outcome = NMM_TRY_MOVED;
+            return NMM_OK;
+        }
+    }
+}
