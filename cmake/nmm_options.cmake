@@ -16,6 +16,11 @@ target_compile_definitions(nmm_options INTERFACE
 if(NMM_TARGET_FLAGS)
   separate_arguments(nmm_target_flags UNIX_COMMAND "${NMM_TARGET_FLAGS}")
 endif()
+# The floor `offload` in a build with and without a target backend.
+set(nmm_offload_source no_target.c)
+if(NMM_TARGET_FLAGS)
+  set(nmm_offload_source jacobi_target.c)
+endif()
 set(nmm_openmp -fopenmp)
 if(CMAKE_C_COMPILER_ID STREQUAL "GNU" AND NOT NMM_TARGET_FLAGS)
   list(APPEND nmm_openmp -foffload=disable)

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Linear systems of 2x2 blocks: one interface, several methods, host and target.
-// A result is only ever called converged when its true relative residual was measured.
+// By the residual test a result is only called converged when its true residual |f - K u| was
+// measured; a result is never NaN. The same system gives the same bits for any number of threads.
+// Method: docs/theory/6-solve.md; offload: docs/offload.md.
 
 #ifndef NMM_SOLVE_H
 #define NMM_SOLVE_H
@@ -18,41 +20,45 @@ typedef struct nmm_bsr {
 } nmm_bsr;
 
 typedef enum nmm_solve_method {
-    NMM_SOLVE_AUTO,
-    NMM_SOLVE_JACOBI,
-    NMM_SOLVE_PCG,
-    NMM_SOLVE_SOR,
-    NMM_SOLVE_GAUSS_SEIDEL
+    NMM_SOLVE_AUTO,        // pcg; the report says so
+    NMM_SOLVE_JACOBI,      // 2x2 block Jacobi, damped
+    NMM_SOLVE_PCG,         // conjugate gradients, 2x2 block Jacobi as preconditioner
+    NMM_SOLVE_SOR,         // successive over-relaxation, unknown by unknown (point form); host only
+    NMM_SOLVE_GAUSS_SEIDEL // the same with factor 1; host only
 } nmm_solve_method;
 
 typedef enum nmm_solve_end {
     NMM_SOLVE_CONVERGED = 0,
-    NMM_SOLVE_DIVERGED = -1,   // residual grew beyond all bounds, or not a number
-    NMM_SOLVE_TOO_SLOW = -2,   // max_iterations passed
-    NMM_SOLVE_INDEFINITE = -3, // a negative curvature or a singular diagonal block: `row` names it
-    NMM_SOLVE_NOT_FINITE = -4, // matrix or right-hand side holds NaN or infinity: `row` names it
+    NMM_SOLVE_DIVERGED = -1,    // residual grew beyond all bounds, or not a number
+    NMM_SOLVE_TOO_SLOW = -2,    // max_iterations passed
+    NMM_SOLVE_INDEFINITE = -3,  // a negative curvature or a singular diagonal block: `row` names it
+    NMM_SOLVE_NOT_FINITE = -4,  // matrix or right-hand side holds NaN or infinity: `row` names it
+    NMM_SOLVE_STAGNATED = -5,   // rounding keeps the true residual above the tolerance
+    NMM_SOLVE_BAD_PATTERN = -6, // rows, columns or diagonal not as nmm_bsr asks: `row` names it
 } nmm_solve_end;
 
 typedef struct nmm_solve_options {
     nmm_solve_method method;
-    double tolerance;         // |f - K u| <= tolerance * |f|, or absolute * 1 where that is larger
-    double absolute;          // [N] 0: relative only
-    bool stop_average_change; // the paper's test: mean |change of u| of a sweep <= tolerance * mean
-                              // |u|
-    double jacobi_damping;    // 0: 1 / estimate of lambda_max * 1.9..; 1: plain
-    double sor_factor;        // 0 < factor < 2
-    int max_iterations;       // 0: chosen from the size
-    int n_thread;
+    double tolerance; // |f - K u| <= tolerance * |f|, or `absolute` where that is larger
+    double absolute;  // [N] 0: relative only
+    // The paper's test, mean |change of u| in a sweep <= tolerance * mean |u|, instead of the
+    // residual. For jacobi, sor and gauss_seidel; pcg has no sweeps and tests the residual.
+    bool stop_average_change;
+    double jacobi_damping; // 0: 1.9 / estimate of lambda_max of D^-1 K; 1: plain Jacobi
+    double sor_factor;     // 0 < factor < 2; 0: 1.9
+    int max_iterations;    // 0: chosen from method and size
+    int n_thread;          // 0: those of the context; small systems use one in any case
 } nmm_solve_options;
 
 typedef struct nmm_solve_report {
     nmm_solve_end end;
     nmm_solve_method method; // the one used; auto says which
     int iterations;
-    int row;           // row that caused the trouble, -1: none
-    double residual;   // true relative residual at the end
-    double lambda_max; // estimate for D^-1 K, 0: not made
-    bool on_device;    // observed inside a target region
+    int row;                // row that caused the trouble, -1: none
+    double residual;        // true |f - K u| / |f| of what u holds at the end; -1: not measured
+    double lambda_max;      // estimate for D^-1 K, 0: not made
+    bool by_average_change; // converged by the paper's test, whatever `residual` is
+    bool on_device;         // observed inside the kernels of this solve
 } nmm_solve_report;
 
 typedef struct nmm_solver nmm_solver;
@@ -61,12 +67,17 @@ typedef struct nmm_solver nmm_solver;
 /// rows and max_block blocks; more needs close and open.
 typedef struct nmm_solve_backend {
     const char *name; // "host", "target"
+    /// Target: NMM_ERROR_DEVICE when no device really runs a target region.
     nmm_status (*open)(nmm_context *context, nmm_solver **solver, int max_row, int max_block);
-    /// u holds the first guess and takes the result (also the best so far when it fails).
+    /// u [n_row][2] holds the first guess and takes the result; a guess worse than u = 0 is not
+    /// used. When the solve fails u holds the better of first guess and last iterate.
     /// `keep_pattern`: row_start and col are those of the last call, and need not be sent again.
+    /// A solve that fails is no error: see report->end. NMM_ERROR_ARGUMENT: options out of range, a
+    /// system larger than opened for, or a serial method asked of the target.
     nmm_status (*solve)(nmm_context *context, nmm_solver *solver, const nmm_bsr *K, const double *f,
                         double *u, bool keep_pattern, const nmm_solve_options *options,
                         nmm_solve_report *report);
+    /// NULL inside is accepted; *solver becomes NULL.
     void (*close)(nmm_context *context, nmm_solver **solver);
 } nmm_solve_backend;
 
@@ -75,5 +86,12 @@ const nmm_solve_backend *nmm_solve_host(void);
 const nmm_solve_backend *nmm_solve_target(void);
 /// Devices that really run a target region (observed inside one); 0 without offload.
 int nmm_solve_target_devices(void);
+
+/// auto, tolerance 1e-8, residual test, estimated damping, SOR factor 1.9.
+nmm_solve_options nmm_default_solve_options(void);
+/// "pcg", "sor", ...
+const char *nmm_solve_method_name(nmm_solve_method method);
+/// "converged", "diverged", ... as words for a message.
+const char *nmm_solve_end_name(nmm_solve_end end);
 
 #endif

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+//
+// Systems for the solver's tests: what steps of the manifold method look like, made without it, and
+// a slow reference. Rows of square rock blocks of triangles, each block apart from its neighbours,
+// joined by stiff springs between a vertex and an edge; mass for a given Courant number.
+
+#ifndef NMM_TEST_SYSTEMS_H
+#define NMM_TEST_SYSTEMS_H
+
+#include "solve.h"
+
+/// Block (row, col) += value, before the matrix is put together.
+typedef struct triplet {
+    int row, col;
+    double value[4];
+} triplet;
+
+typedef struct triplets {
+    triplet *item;
+    int n, capacity;
+} triplets;
+
+typedef struct rock {
+    int n_across, n_up; // blocks of the wall
+    int n_node;         // nodes along a block's side
+    double courant;     // c_p dt / h; 0: no mass
+    bool lumped;        // mass matrix
+    double spring;      // contact springs as a multiple of Young's modulus, 0: none
+    uint64_t seed;      // right-hand side, and which contacts lock, slide or are open
+} rock;
+
+/// The system of a wall of blocks held at its foot. K and f belong to the caller:
+/// test_system_destroy.
+typedef struct test_system {
+    nmm_bsr K;
+    double *f; // [n_row][2]
+    int n_block;
+} test_system;
+
+void triplets_add(nmm_context *context, triplets *list, int row, int col, const double value[4]);
+/// Sorts, adds up equal places; every diagonal block is there afterwards.
+void test_system_build(nmm_context *context, test_system *system, triplets *list, int n_row);
+void test_system_rock(nmm_context *context, test_system *system, const rock *wall);
+/// Seeded symmetric positive definite matrix with strong diagonal, columns at random.
+void test_system_random(nmm_context *context, test_system *system, int n_row, int per_row,
+                        uint64_t seed);
+void test_system_destroy(nmm_context *context, test_system *system);
+/// Replace K by S K S, f by S f with S = diag(scale[2 * row + i]).
+void test_system_scale(test_system *system, const double *scale);
+
+/// u = K^-1 f by elimination with pivoting on the dense matrix.
+void test_dense_solve(nmm_context *context, const test_system *system, double *u);
+/// |f - K u| / |f|, summed in long double.
+double test_true_residual(const test_system *system, const double *u);
+
+#endif
