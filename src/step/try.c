@@ -179,6 +179,10 @@ static const char *name_of_end(nmm_solve_end end) {
         return "met a matrix that is not positive definite";
     case NMM_SOLVE_NOT_FINITE:
         return "met a number that is not finite";
+    case NMM_SOLVE_STAGNATED:
+        return "stagnated above its tolerance";
+    case NMM_SOLVE_BAD_PATTERN:
+        return "met a wrong pattern";
     }
     return "failed";
 }
