@@ -4,7 +4,7 @@
 //   load + support + contact - internal - M a = r,
 // so the work of these forces over the step adds up to r . delta d, which the solver keeps small.
 // What the time scheme loses is the difference between the work of a force at the end of the step
-// and the change of the energy it stores (docs/theory/4-time.md, eq. (4.10) to (4.13)).
+// and the change of the energy it stores (docs/theory/4-time.md, eq. (4.9) to (4.11)).
 
 #include "step.h"
 

@@ -91,7 +91,7 @@ static void elements_pass(nmm_system *system, const nmm_model *model, const nmm_
     }
 }
 
-// Acceleration at the end of the step, eq. (4.2), with mass-proportional damping added.
+// Acceleration at the end of the step, eq. (4.1), with mass-proportional damping added.
 static void acceleration_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
                               const nmm_step_state *step) {
     const double h = step->h, alpha = system->damping;

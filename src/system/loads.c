@@ -2,7 +2,7 @@
 //
 // Supports, loads, monitors, initial stress and initial velocity of the scene, placed on the model.
 // A support of a whole block holds its covers exactly; others are points with stiff springs whose
-// carried force is raised until the point stays (docs/theory/4-time.md, eq. (4.8)).
+// carried force is raised until the point stays (docs/theory/4-time.md, eq. (4.6)).
 
 #include "system.h"
 
