@@ -52,12 +52,12 @@ static int take_steps(nmm_sim *sim, nmm_output *output, const char *path, bool q
     return report.end == NMM_END_COMPLETED ? EXIT_DONE : EXIT_EARLY;
 }
 
-static void print_end(nmm_sim *sim, const arguments *given, const char *path) {
+static void print_end(nmm_sim *sim, const arguments *given, const char *path, int status) {
     run_report report = {.scene = given->path, .path = path, .n_frame = -1, .source = sim};
     report.reading = read_monitor;
     report.n_monitor = nmm_sim_monitors(sim);
     nmm_sim_summary(sim, &report.summary);
-    if (report.summary.end != NMM_END_COMPLETED)
+    if (status == EXIT_EARLY)
         message_error("%s: ended early, %s%s%s; results up to %.6g s are in %s", given->path,
                       end_name(report.summary.end), report.summary.reason[0] ? ": " : "",
                       report.summary.reason, report.summary.time, path);
@@ -77,7 +77,7 @@ static int run_scene(nmm_sim *sim, nmm_output **output, const arguments *given, 
     if (status > EXIT_EARLY) nmm_sim_interrupt(sim);
     if (status != EXIT_SYSTEM && write_end(*output, sim) != NMM_OK)
         status = message_failure(nmm_output_error(*output), path);
-    print_end(sim, given, path);
+    print_end(sim, given, path, status);
     return status;
 }
 

@@ -18,7 +18,7 @@ _nmm() {
         ;;
     *)
         if [[ $word == -* ]]; then
-            words=$(nmm "$command" --help 2>/dev/null | grep -o -- '--[a-z]*')
+            words=$(nmm "$command" --help 2>/dev/null | grep -o -- '--[a-z]*' | sort -u)
             mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
         else
             compopt -o filenames 2>/dev/null

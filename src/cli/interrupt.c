@@ -39,15 +39,22 @@ static void on_signal(int signal_number) {
         leave();
 }
 
-void interrupt_listen(const char *path) {
-    struct sigaction action;
+/// Listen to one signal, unless whoever started the program had it ignored (nohup, a job in the
+/// background).
+static void listen_to(int signal_number) {
+    struct sigaction action, before;
     memset(&action, 0, sizeof action);
     action.sa_handler = on_signal;
     action.sa_flags = SA_RESTART;
     sigemptyset(&action.sa_mask);
+    if (sigaction(signal_number, NULL, &before) == 0 && before.sa_handler != SIG_IGN)
+        sigaction(signal_number, &action, NULL);
+}
+
+void interrupt_listen(const char *path) {
     run_path = path;
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
+    listen_to(SIGINT);
+    listen_to(SIGTERM);
     // A full quota shows as a failed write, with its message, not as a killed program.
     signal(SIGXFSZ, SIG_IGN);
 }

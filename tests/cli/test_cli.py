@@ -1,0 +1,412 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""The command line from outside: exit status, messages, JSON, interruption, full disks.
+
+Usage: test_cli.py PROGRAM [unittest arguments]
+"""
+
+import json
+import os
+import pty
+import re
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PROGRAM = ""
+
+FALL = """nmm: 1
+title: Falling "block" \u00e9
+gravity: [0, -10]
+blocks:
+  - {name: stone, polygon: [[0, 0], [1, 0], [1, 1], [0, 1]], material: rock}
+materials:
+  rock: {density: 2000, youngs_modulus: 1e9, poissons_ratio: 0.25}
+covers: {size: 1}
+time: {dt: 1e-3, end: 0.01}
+monitors:
+  - {name: middle, point: [0.5, 0.5], record: [displacement, velocity, stress]}
+output: {every: 2e-3}
+"""
+
+RUN_FIELDS = """scene blocks elements covers unknowns contacts steps time end wall_seconds phase_seconds
+solver dt_cuts open_close_iterations energy max_penetration monitors state_hash""".split()
+PHASE_FIELDS = "contact assemble solve advance output".split()
+SOLVER_FIELDS = "method device on_device precision solves iterations failed".split()
+ENERGY_FIELDS = "kinetic strain contact friction fracture external numerical residual".split()
+
+
+def strict_json(text):
+    """Parse one JSON object; NaN and infinity, which JSON does not know, are refused."""
+    def refuse(word):
+        raise ValueError(f"{word} is not JSON")
+    return json.loads(text, parse_constant=refuse)
+
+
+class Case(unittest.TestCase):
+    """Each test has a folder of its own with fall.yaml in it."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.write("fall.yaml", FALL)
+
+    def at(self, name):
+        return os.path.join(self.folder, name)
+
+    def write(self, name, text):
+        with open(self.at(name), "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def start(self, *words, **options):
+        return subprocess.Popen([PROGRAM, *words], cwd=self.folder, stdin=subprocess.DEVNULL,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+    def nmm(self, *words, **options):
+        process = self.start(*words, **options)
+        out, err = process.communicate(timeout=100)
+        return process.returncode, out, err
+
+    def expect(self, status, *words, err=None, out=None, **options):
+        got, stdout, stderr = self.nmm(*words, **options)
+        self.assertEqual(got, status, f"{words}: exit status {got}\n{stdout}\n{stderr}")
+        if err is not None:
+            self.assertRegex(stderr, err)
+        if out is not None:
+            self.assertRegex(stdout, out)
+        return stdout, stderr
+
+
+class Words(Case):
+    """Wrong and right command lines."""
+
+    def wrong(self, message, *words):
+        out, err = self.expect(2, *words, err=message)
+        self.assertEqual(out, "")
+        self.assertEqual(err.count("\n"), 1, err)
+
+    def test_wrong_command_lines(self):
+        self.wrong("which command")
+        self.wrong("unknown command rnu; did you mean nmm run", "rnu", "fall.yaml")
+        self.wrong("unknown command zzzzzz; nmm --help lists", "zzzzzz")
+        self.wrong("which SCENE", "run")
+        self.wrong("which RUN", "info", "--json")
+        self.wrong('one SCENE expected, found "b.yaml"', "run", "fall.yaml", "b.yaml")
+        self.wrong("unknown option --sett; did you mean --set", "run", "fall.yaml", "--sett", "a=1")
+        self.wrong("unknown option -x", "run", "-x", "fall.yaml")
+        self.wrong("unknown option --frame", "run", "--frame", "1", "fall.yaml")
+        self.wrong("--json takes no value", "run", "--json=1", "fall.yaml")
+        self.wrong("--set needs a value: KEY=VALUE", "run", "fall.yaml", "--set")
+        self.wrong("must be key.path=value", "run", "fall.yaml", "--set", "time.end")
+        self.wrong("must be key.path=value", "run", "fall.yaml", "--set", "=3")
+        self.wrong("must be host, target or auto", "run", "fall.yaml", "--device", "gpu")
+        for threads in "0", "-1", "two", "1.5", "99999999999999999999", "":
+            self.wrong("whole number from 1", "run", "fall.yaml", "--threads", threads)
+        for scale in "0", "nan", "inf", "-1", "x":
+            self.wrong("a number above 0", "plot", "a.vtkhdf", "--scale", scale)
+        for frame in "-1", "first", "99999999999":
+            self.wrong("whole number from 0, or last", "plot", "a.vtkhdf", "--frame", frame)
+        self.wrong("names the scene itself", "run", "fall.yaml", "-o", "./fall.yaml")
+        self.wrong("to what", "export", "a.vtkhdf")
+
+    def test_commands_to_come_are_not_known(self):
+        listed, _ = self.expect(0, "--help")
+        for name in "view resume compare trade sweep bench solve".split():
+            self.wrong("unknown command " + name, name, "fall.yaml")
+            self.assertNotRegex(listed, rf"\n  {name}\b")
+
+    def test_help_and_version_everywhere(self):
+        listed, _ = self.expect(0, "--help", out="Examples:")
+        commands = re.findall(r"^  ([a-z]+) ", listed.split("Commands:")[1].split("\n\n")[0], re.M)
+        self.assertEqual(commands, ["run", "check", "info", "plot", "export"])
+        self.assertEqual(self.expect(0, "-h")[0], listed)
+        for name in commands:
+            text, err = self.expect(0, name, "--help", out="Usage: nmm " + name)
+            self.assertRegex(text, r"Examples:\n  nmm " + name)
+            self.assertEqual(err, "")
+            self.assertEqual(self.expect(0, name, "-h")[0], text)
+            self.assertEqual(self.expect(0, "help", name)[0], text)
+            self.expect(0, name, "--version", out=r"^nmm \d+\.\d+\.\d+ \(.*\)\n$")
+        self.expect(0, "--version", out=r"^nmm \d+\.\d+\.\d+ \(.*\)\n$")
+
+    def test_examples_of_the_help_parse(self):
+        for name in "run check info plot export".split():
+            text, _ = self.expect(0, name, "--help")
+            for line in text.split("Examples:\n")[1].strip().split("\n"):
+                words = line.split(">")[0].split()[1:]
+                status, _, err = self.nmm(*words)
+                self.assertEqual(status, 4, f"{line}: {err}")  # the file is missing, no more
+
+    def test_forms_of_options(self):
+        for words in (["-o", "a.vtkhdf"], ["-oa.vtkhdf"], ["--output", "a.vtkhdf"],
+                      ["--output=a.vtkhdf"]):
+            self.expect(0, "run", *words, "fall.yaml")
+            self.assertTrue(os.path.exists(self.at("a.vtkhdf")))
+            os.unlink(self.at("a.vtkhdf"))
+        os.rename(self.at("fall.yaml"), self.at("-fall.yaml"))
+        self.expect(0, "check", "--", "-fall.yaml")
+
+
+class Scenes(Case):
+    """Wrong scenes and files."""
+
+    def test_missing_scene(self):
+        out, _ = self.expect(4, "run", "none.yaml", err="none.yaml")
+        self.assertEqual(out, "")
+        self.assertEqual(os.listdir(self.folder), ["fall.yaml"])
+
+    def test_wrong_scene_names_line_and_column(self):
+        self.write("bad.yaml", FALL.replace("youngs_modulus", "youngs_module"))
+        out, _ = self.expect(3, "run", "bad.yaml", "--json", err=r"bad\.yaml:7:\d+: error: ")
+        self.assertEqual(out, "")
+        self.assertFalse(os.path.exists(self.at("bad.vtkhdf")))
+        self.expect(3, "check", "bad.yaml", err="youngs_modulus")
+
+    def test_several_mistakes_in_one_go(self):
+        self.write("bad.yaml", FALL.replace("dt: 1e-3", "dt: -1").replace("size: 1", "size: x"))
+        _, err = self.expect(3, "check", "bad.yaml")
+        self.assertEqual(len(re.findall(r"bad\.yaml:\d+:\d+: error: ", err)), 2, err)
+
+    def test_folder_and_rubbish(self):
+        self.expect(4, "run", ".")
+        self.write("rubbish.yaml", "\0\1\2{{{")
+        self.expect(3, "run", "rubbish.yaml")
+        self.write("empty.yaml", "")
+        self.expect(3, "run", "empty.yaml")
+        self.expect(4, "info", "none.vtkhdf", err="none.vtkhdf")
+        self.write("rubbish.vtkhdf", "rubbish")
+        for command in ["info"], ["plot"], ["export", "--vtu", "out"]:
+            self.expect(3, *command, "rubbish.vtkhdf", err="rubbish.vtkhdf")
+
+    def test_unwritable_output(self):
+        self.expect(4, "run", "fall.yaml", "-o", "none/a.vtkhdf", err="none/a.vtkhdf")
+        if os.getuid() != 0:
+            os.chmod(self.folder, 0o500)
+            self.expect(4, "run", "fall.yaml", err="fall.vtkhdf")
+            os.chmod(self.folder, 0o700)
+
+    def test_settings(self):
+        out, _ = self.expect(0, "run", "fall.yaml", "--json", "--set", "time.end=0.004",
+                             "--set", "gravity=[0,-20]")
+        result = strict_json(out)
+        self.assertAlmostEqual(result["time"], 0.004, delta=1e-9)
+        self.assertAlmostEqual(result["monitors"]["middle"]["velocity"][1], -0.08, delta=1e-6)
+        self.expect(3, "run", "fall.yaml", "--set", "time.ende=1", err="ende")
+        self.expect(3, "run", "fall.yaml", "--set", "time.end=soon", err="soon")
+
+    def test_target_that_is_not_there(self):
+        status, out, err = self.nmm("run", "fall.yaml", "--device", "target", "--json",
+                                    env={**os.environ, "OMP_TARGET_OFFLOAD": "DISABLED"})
+        self.assertEqual((status, out), (5, ""), err)
+        self.assertFalse(os.path.exists(self.at("fall.vtkhdf")))
+        self.expect(0, "run", "fall.yaml", "--device", "auto")
+
+
+class Results(Case):
+    """What run, check and info print."""
+
+    def test_run_as_json(self):
+        out, err = self.expect(0, "run", "fall.yaml", "--json")
+        result = strict_json(out)
+        for fields, part in ((RUN_FIELDS, result), (PHASE_FIELDS, result["phase_seconds"]),
+                             (SOLVER_FIELDS, result["solver"]), (ENERGY_FIELDS, result["energy"])):
+            self.assertEqual([f for f in fields if f not in part], [])
+        self.assertEqual(err, "")
+        self.assertEqual((result["scene"], result["end"], result["blocks"]),
+                         ("fall.yaml", "completed", 1))
+        self.assertRegex(result["state_hash"], "^[0-9a-f]{16}$")
+        self.assertEqual(result["unknowns"], 2 * result["covers"])
+
+    def test_run_is_right(self):
+        result = strict_json(self.expect(0, "run", "fall.yaml", "--json")[0])
+        seen = result["monitors"]["middle"]
+        self.assertAlmostEqual(result["time"], 0.01, delta=1e-12)
+        self.assertAlmostEqual(seen["velocity"][1], -0.1, delta=1e-6)
+        self.assertAlmostEqual(seen["displacement"][1], -5e-4, delta=1e-6)
+        self.assertEqual(len(seen["stress"]), 3)
+        self.assertAlmostEqual(result["energy"]["kinetic"], 0.5 * 2000 * 0.01, delta=1e-3)
+
+    def test_info_agrees_with_run(self):
+        ran = strict_json(self.expect(0, "run", "fall.yaml", "--json")[0])
+        told = strict_json(self.expect(0, "info", "fall.vtkhdf", "--json")[0])
+        for name in "blocks elements covers unknowns steps time end energy state_hash".split():
+            self.assertEqual(told[name], ran[name], name)
+        self.assertEqual(told["monitors"], ran["monitors"])
+
+    def test_human_report(self):
+        out, err = self.expect(0, "run", "fall.yaml")
+        for word in "completed steps contact solve kinetic residual penetration middle".split():
+            self.assertIn(word, out)
+        self.assertIn("fall.vtkhdf", out)
+        self.assertNotIn("\x1b", out + err)
+        self.assertNotIn("\r", out + err)
+        self.assertEqual(err, "")
+        self.expect(0, "info", "fall.vtkhdf", out="completed")
+
+    def test_quiet_says_nothing(self):
+        self.assertEqual(self.expect(0, "run", "fall.yaml", "--quiet"), ("", ""))
+        self.assertTrue(os.path.exists(self.at("fall.vtkhdf")))
+
+    def test_default_output_is_here(self):
+        os.mkdir(self.at("scenes"))
+        os.rename(self.at("fall.yaml"), self.at("scenes/fall.slow.yaml"))
+        self.expect(0, "run", "scenes/fall.slow.yaml", "-q")
+        self.assertEqual(sorted(os.listdir(self.folder)), ["fall.slow.vtkhdf", "scenes"])
+
+    def test_check(self):
+        out, err = self.expect(0, "check", "fall.yaml", out="1 blocks")
+        self.assertIn("memory", out)
+        result = strict_json(self.expect(0, "check", "fall.yaml", "--json")[0])
+        self.assertEqual((result["blocks"], result["contacts"], result["warnings"]), (1, 0, []))
+        self.assertEqual(result["title"], 'Falling "block" \u00e9')
+        self.assertAlmostEqual(result["area"], 1, delta=1e-12)
+        self.assertGreater(result["memory_bytes"], 1000)
+        self.assertTrue(result["choices"])
+        self.assertEqual(err, "")
+        self.assertEqual(os.listdir(self.folder), ["fall.yaml"])
+
+    def test_check_warns(self):
+        joint = "joints:\n  - {polyline: [[5, 5], [6, 6]]}\n"
+        self.write("fall.yaml", FALL + joint)
+        _, err = self.expect(0, "check", "fall.yaml")
+        self.assertRegex(err, "warning: .*outside")
+        result = strict_json(self.expect(0, "check", "fall.yaml", "--json")[0])
+        self.assertEqual(result["joints_outside"], 1)
+        self.assertEqual(len(result["warnings"]), 1)
+
+    def test_threads_do_not_change_a_bit(self):
+        hashes = {strict_json(self.expect(0, "run", "fall.yaml", "--json", "-t", n)[0])["state_hash"]
+                  for n in ("1", "2", "3", "8")}
+        self.assertEqual(len(hashes), 1)
+
+    def test_plot_and_export(self):
+        self.expect(0, "run", "fall.yaml", "-q")
+        self.expect(0, "plot", "fall.vtkhdf", out="fall.png")
+        with open(self.at("fall.png"), "rb") as file:
+            self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+        self.expect(0, "plot", "fall.vtkhdf", "-o", "a.svg", "--frame", "1", "--field",
+                    "displacement", "--scale", "100", "--width", "400")
+        self.expect(0, "plot", "fall.vtkhdf", "-o", "a.pdf", "--frame", "last")
+        self.expect(2, "plot", "fall.vtkhdf", "--frame", "999", err="999")
+        self.expect(2, "plot", "fall.vtkhdf", "--field", "colour", err="colour")
+        self.expect(2, "plot", "fall.vtkhdf", "-o", "a.bmp", err="a.bmp")
+        self.expect(4, "plot", "fall.vtkhdf", "-o", "none/a.png", err="none/a.png")
+        self.expect(0, "export", "fall.vtkhdf", "--vtu", "out", out="6 frames")
+        self.assertEqual(len([n for n in os.listdir(self.at("out")) if n.endswith(".vtu")]), 6)
+
+
+class Endings(Case):
+    """Runs that do not reach their end; whatever happens, the file is whole."""
+
+    def info(self, path="fall.vtkhdf"):
+        return strict_json(self.expect(0, "info", path, "--json")[0])
+
+    def start_long(self, *words):
+        process = self.start("run", "fall.yaml", "--set", "time.end=1e4", *words)
+        for _ in range(600):
+            if os.path.exists(self.at("fall.vtkhdf")):
+                break
+            time.sleep(0.05)
+        time.sleep(0.3)
+        return process
+
+    def test_one_interrupt_finishes_the_step(self):
+        for number in signal.SIGINT, signal.SIGTERM:
+            process = self.start_long("--json")
+            process.send_signal(number)
+            out, err = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 1, err)
+            self.assertRegex(err, "ending after this step")
+            result = strict_json(out)
+            self.assertEqual(result["end"], "interrupted")
+            told = self.info()
+            self.assertEqual((told["end"], told["steps"], told["state_hash"]),
+                             ("interrupted", result["steps"], result["state_hash"]))
+            os.unlink(self.at("fall.vtkhdf"))
+
+    def test_two_interrupts_end_at_once(self):
+        process = self.start_long()
+        os.kill(process.pid, signal.SIGINT)
+        os.kill(process.pid, signal.SIGTERM)
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.assertEqual(self.info()["end"], "interrupted")
+
+    def test_interrupts_that_are_ignored_stay_ignored(self):
+        process = self.start("run", "fall.yaml", preexec_fn=lambda: signal.signal(
+            signal.SIGINT, signal.SIG_IGN))
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 0)
+
+    def test_kill_leaves_a_readable_file(self):
+        process = self.start_long()
+        process.kill()
+        process.communicate()
+        told = self.info()
+        self.assertEqual(told["end"], "interrupted")
+
+    def test_step_too_small(self):
+        self.write("fall.yaml", FALL.replace("end: 0.01", "end: 10, max_move: 1e-9, dt_min: 1e-4"))
+        out, err = self.expect(1, "run", "fall.yaml", "--json", err="ended early, step_too_small")
+        self.assertEqual(strict_json(out)["end"], "step_too_small")
+        self.assertEqual(self.info()["end"], "step_too_small")
+
+    def test_full_disk(self):
+        def small_files():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (60000, 60000))
+        _, err = self.expect(4, "run", "fall.yaml", "--set", "time.end=100", "--set",
+                             "output.every=1e-3", preexec_fn=small_files)
+        self.assertRegex(err, "error: ")
+        self.assertNotIn("HDF5-DIAG", err)
+
+    def test_results_that_cannot_be_printed(self):
+        self.expect(0, "run", "fall.yaml", "-q")
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            process = subprocess.run([PROGRAM, "info", "fall.vtkhdf"], cwd=self.folder, stdout=full,
+                                     stderr=subprocess.PIPE, text=True, check=False)
+        self.assertEqual(process.returncode, 4)
+        self.assertIn("standard output", process.stderr)
+
+
+class Terminal(Case):
+    """Progress and colour, on a terminal only."""
+
+    def on_terminal(self, *words, **environment):
+        """Standard error on a pseudo-terminal; returns what came out there."""
+        leader, follower = pty.openpty()
+        env = {k: v for k, v in os.environ.items() if k != "NO_COLOR"}
+        env.update({"TERM": "xterm", **environment})
+        process = subprocess.Popen([PROGRAM, *words], cwd=self.folder, stdout=subprocess.PIPE,
+                                   stderr=follower, env=env)
+        os.close(follower)
+        text = b""
+        try:
+            while chunk := os.read(leader, 4096):
+                text += chunk
+        except OSError:  # how a closed terminal shows
+            pass
+        os.close(leader)
+        process.communicate(timeout=60)
+        return text.decode()
+
+    def test_progress(self):
+        text = self.on_terminal("run", "fall.yaml")
+        self.assertRegex(text, r"\r *\d+ %  [\d.e-]+ of 0\.01 s  .* left  step \d+ ")
+        self.assertTrue(text.endswith("\r\x1b[K"), repr(text[-40:]))
+        for words, environment in ((["--quiet"], {}), ([], {"TERM": "dumb"})):
+            self.assertEqual(self.on_terminal("run", "fall.yaml", *words, **environment), "")
+
+    def test_colour(self):
+        self.assertIn("\x1b[1;31merror:", self.on_terminal("run"))
+        self.assertNotIn("\x1b", self.on_terminal("run", NO_COLOR="1"))
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()

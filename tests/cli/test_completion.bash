@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: MIT
+#
+# Does completion offer what --help lists?   Usage: test_completion.bash BIN_FOLDER COMPLETION
+PATH=$1:$PATH
+. "$2"
+
+complete_words() {
+    COMP_WORDS=("$@")
+    COMP_CWORD=$(($# - 1))
+    COMPREPLY=()
+    _nmm
+    echo "${COMPREPLY[*]}"
+}
+
+expect() {
+    local wanted=$1 found
+    shift
+    found=$(complete_words "$@")
+    [ "$found" = "$wanted" ] && return
+    echo "$*: found '$found', wanted '$wanted'"
+    exit 1
+}
+
+expect "run" nmm ru
+expect "export" nmm e
+expect "--device" nmm run --de
+expect "host" nmm run --device h
+expect "displacement" nmm plot --field di
+expect "--vtu --version" nmm export --v
