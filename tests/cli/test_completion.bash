@@ -26,4 +26,4 @@ expect "export" nmm e
 expect "--device" nmm run --de
 expect "host" nmm run --device h
 expect "displacement" nmm plot --field di
-expect "--vtu --version" nmm export --v
+expect "--version --vtu" nmm export --v
