@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+//
+// The rows of a run file's tables as C structs, and the descriptions that both the writer and the
+// reader use: one line a column, with name, place, unit and meaning.
+
+#ifndef NMM_IO_RECORDS_H
+#define NMM_IO_RECORDS_H
+
+#include "h5.h"
+#include "io.h"
+
+typedef struct nmm_monitor_row {
+    long step;
+    double time;
+    double displacement[2], velocity[2], stress[3];
+} nmm_monitor_row;
+
+extern const nmm_h5_record nmm_record_step;    // nmm_step_report: the ledger
+extern const nmm_h5_record nmm_record_summary; // nmm_summary
+extern const nmm_h5_record nmm_record_monitor;
+extern const nmm_h5_record nmm_record_support;
+extern const nmm_h5_record nmm_record_load;
+
+/// Columns of nmm_record_monitor from `..._DISPLACEMENT` on: two, two and three.
+enum { NMM_MONITOR_DISPLACEMENT = 2, NMM_MONITOR_VELOCITY = 4, NMM_MONITOR_STRESS = 6 };
+
+/// "running", "completed", "step_too_small", "solver_failed", "interrupted".
+const char *nmm_end_name(nmm_end end);
+
+#endif
