@@ -407,6 +407,7 @@ static double run_pcg(nmm_solver *s, const double *u, nmm_solve_report *report) 
 
 // lambda_max of D^-1 K by Lanczos steps, which are those of conjugate gradients, eq. (6.9). Uses u.
 static void estimate_lambda(nmm_solver *s, nmm_solve_report *report) {
+    SEND(s->state, 1);
     BATCH {
         scatter(s);
         sum_chunks(s);
@@ -487,7 +488,6 @@ static double run_method(nmm_solver *s, const double *u, nmm_solve_report *repor
     SEND(s->value, 4 * n_block);
     SEND(s->inverse, 4 * n);
     SEND(s->f, 2 * n);
-    SEND(s->state, 1);
     const bool jacobi = s->options.method == NMM_SOLVE_JACOBI;
     const double norm = jacobi ? run_jacobi(s, u, report) : run_pcg(s, u, report);
     FETCH(s->u, 2 * n);
