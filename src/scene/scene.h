@@ -13,6 +13,7 @@
 
 typedef struct nmm_mark {
     int line, column; // from 1; 0: not in the file
+    int source;       // 0: the scene file; k: override k, from 1
 } nmm_mark;
 
 /// A closed polygon, counter-clockwise, simple, without repeated last corner.
@@ -140,9 +141,11 @@ typedef struct nmm_scene {
     nmm_scene_initial initial;
     nmm_scene_settings settings;
     nmm_arena arena; // owns all of the above
-    int n_error;     // mistakes found
-    char *report;    // all mistakes of the file as text to print, one block each; NULL: none
-    char *defaults;  // for `nmm check`: a line for each default chosen and why
+    int n_override;
+    const char **override; // as given, for messages
+    int n_error;           // mistakes found
+    char *report;          // all mistakes of the file as text to print, one block each; NULL: none
+    char *defaults;        // for `nmm check`: a line for each default chosen and why
 } nmm_scene;
 
 /// `key.path=value` given on the command line; replaces or adds what the file says.

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+//
+// The checked scene from the raw one, part by part; the settings, and defaults that depend on other
+// values, with a note on each.
+
+#include "build.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static nmm_status note_number(nmm_builder *b, const char *path, double value, const char *why) {
+    char text[32];
+    snprintf(text, sizeof text, "%.6g", value);
+    return nmm_note(b->reader, path, text, why);
+}
+
+// --- Settings -----------------------------------------------------------------------------------
+
+static nmm_status check_time(nmm_builder *b) {
+    const raw_time *raw = &b->raw->time;
+    const raw_head *head = &raw->head;
+    if (!raw_good(head, "dt")) return NMM_OK;
+    if (raw_good(head, "end") && raw->dt > raw->end)
+        TRY(nmm_complain(b->reader, raw_mark(head, "dt"),
+                         "dt must not be above end (%g s), found %g s", raw->end, raw->dt));
+    if (raw_good(head, "dt_min") && raw->dt_min >= raw->dt)
+        TRY(nmm_complain(b->reader, raw_mark(head, "dt_min"),
+                         "dt_min must be below dt (%g s), found %g s", raw->dt, raw->dt_min));
+    if (raw_good(head, "dt_max") && raw->dt_max < raw->dt)
+        TRY(nmm_complain(b->reader, raw_mark(head, "dt_max"),
+                         "dt_max must not be below dt (%g s), found %g s", raw->dt, raw->dt_max));
+    return NMM_OK;
+}
+
+static nmm_status build_time(nmm_builder *b) {
+    const raw_time *raw = &b->raw->time;
+    const raw_head *head = &raw->head;
+    nmm_scene_settings *s = &b->scene->settings;
+    TRY(check_time(b));
+    s->dt = raw->dt;
+    s->end = raw->end;
+    s->max_move = raw->max_move;
+    s->dt_min = raw_given(head, "dt_min") ? raw->dt_min : raw->dt * 1e-6;
+    s->dt_max = raw_given(head, "dt_max") ? raw->dt_max : raw->dt;
+    if (!raw_good(head, "dt") || !raw_good(head, "end")) return NMM_OK;
+    if (!raw_given(head, "dt_min"))
+        TRY(note_number(b, "time.dt_min", s->dt_min,
+                        "dt / 1e6; a shorter step would gain nothing"));
+    if (!raw_given(head, "dt_max"))
+        TRY(note_number(b, "time.dt_max", s->dt_max, "dt; a shortened step grows back to it"));
+    s->output_every = b->raw->output.every;
+    if (raw_given(&b->raw->output.head, "every")) return NMM_OK;
+    s->output_every = s->end / 100;
+    return note_number(b, "output.every", s->output_every, "end / 100; about a hundred frames");
+}
+
+static void copy_settings(nmm_builder *b) {
+    const raw_scene *raw = b->raw;
+    nmm_scene_settings *s = &b->scene->settings;
+    s->cover_size = raw->covers.size;
+    s->penalty = raw->contact.penalty;
+    s->contact_method = (nmm_contact_method)raw->contact.method;
+    s->damping = raw->analysis.damping;
+    s->mass = (nmm_mass)raw->analysis.mass;
+    s->tolerance = raw->analysis.tolerance;
+    s->method = (nmm_method)raw->solver.method;
+    s->solver_tolerance = raw->solver.tolerance;
+    s->stop = (nmm_stop)raw->solver.stop;
+    s->jacobi_damping = raw->solver.damping;
+    s->sor_factor = raw->solver.factor;
+    s->max_iterations = (int)raw->solver.max_iterations;
+    s->device = (nmm_device_choice)raw->solver.device;
+    s->out_displacement = (raw->output.fields & 1) != 0;
+    s->out_velocity = (raw->output.fields & 2) != 0;
+    s->out_stress = (raw->output.fields & 4) != 0;
+    s->out_contact = (raw->output.fields & 8) != 0;
+}
+
+// --- Initial stress and base motion -------------------------------------------------------------
+
+// Keys of one kind of initial stress do not go with the other.
+static nmm_status check_initial(nmm_builder *b, const raw_head *head, bool gravity) {
+    static const char *const key[] = {"surface", "k0", "xx", "yy", "xy"};
+    for (int i = 0; i < 5; i++) {
+        const bool belongs = gravity ? i < 2 : i >= 2;
+        if (belongs || !raw_given(head, key[i])) continue;
+        TRY(nmm_complain(b->reader, nmm_node_find(head->node, key[i])->key_mark,
+                         "'%s' belongs to kind: %s, but kind is %s", key[i],
+                         gravity ? "uniform" : "gravity", gravity ? "gravity" : "uniform"));
+    }
+    return NMM_OK;
+}
+
+static nmm_status build_initial(nmm_builder *b) {
+    const raw_initial *raw = &b->raw->initial_stress;
+    if (!raw_good(&raw->head, "kind")) return NMM_OK;
+    const bool gravity = raw->kind == NMM_INITIAL_GRAVITY;
+    TRY(check_initial(b, &raw->head, gravity));
+    nmm_scene_initial *initial = &b->scene->initial;
+    *initial = (nmm_scene_initial){.kind = (nmm_initial_kind)raw->kind,
+                                   .xx = raw->xx,
+                                   .yy = raw->yy,
+                                   .xy = raw->xy,
+                                   .surface = raw->surface,
+                                   .k0 = raw->k0,
+                                   .mark = raw->head.node->mark};
+    if (!gravity) return NMM_OK;
+    if (!raw_given(&raw->head, "surface")) {
+        initial->surface = b->box.high.y;
+        TRY(note_number(b, "initial_stress.surface", initial->surface, "highest corner"));
+    }
+    if (raw_given(&raw->head, "k0")) return NMM_OK;
+    initial->k0 = 0.5;
+    return note_number(b, "initial_stress.k0", 0.5, "common in shallow rock");
+}
+
+static nmm_status build_base_motion(nmm_builder *b) {
+    const raw_base *raw = &b->raw->base_motion;
+    if (!raw_good(&raw->head, "acceleration")) return NMM_OK;
+    return nmm_build_history(b, &raw->acceleration, "acceleration", &b->scene->base_motion);
+}
+
+// --- All ----------------------------------------------------------------------------------------
+
+static nmm_status note_filled(nmm_builder *b) {
+    char why[80];
+    if (b->n_filled_material > 0 && b->scene->n_material == 1) {
+        snprintf(why, sizeof why, "the only material; %d areas name none", b->n_filled_material);
+        TRY(nmm_note(b->reader, "material", b->scene->material_name[0], why));
+    }
+    if (b->n_filled_interface == 0) return NMM_OK;
+    snprintf(why, sizeof why, "the scene's interface; %d joints or sets name none",
+             b->n_filled_interface);
+    return nmm_note(b->reader, "joints", b->scene->interface_name[0], why);
+}
+
+nmm_status nmm_scene_build(nmm_reader *reader, const raw_scene *raw) {
+    nmm_builder b = {.reader = reader,
+                     .raw = raw,
+                     .scene = reader->scene,
+                     .domain_box = nmm_box_empty(),
+                     .box = nmm_box_empty()};
+    if (raw->head.node->kind != NMM_NODE_MAP) return NMM_OK;
+    b.scene->title = raw->title != NULL ? raw->title : "";
+    b.scene->gravity = raw->gravity;
+    TRY(nmm_build_materials(&b));
+    TRY(nmm_build_interfaces(&b));
+    TRY(nmm_build_domain(&b));
+    TRY(nmm_build_joints(&b));
+    TRY(nmm_build_blocks(&b));
+    TRY(nmm_build_places(&b));
+    TRY(build_initial(&b));
+    TRY(build_base_motion(&b));
+    copy_settings(&b);
+    TRY(build_time(&b));
+    return note_filled(&b);
+}
