@@ -352,7 +352,7 @@ static double first_norm(nmm_solver *s, const double *u) {
     nmm_solver_load_guess(s, u);
     SEND(s->u, 2 * (long)s->n_row);
     double norm = true_norm(s);
-    if (!(norm <= s->norm)) {
+    if (!(norm <= NMM_GUESS_MARGIN * s->norm)) {
         s->guess_dropped = true;
         memset(s->u, 0, 2 * (size_t)s->n_row * sizeof(double));
         SEND(s->u, 2 * (long)s->n_row);

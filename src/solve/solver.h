@@ -14,6 +14,10 @@
 /// Smaller than NMM_CHUNK, because on a device each chunk is the work of one thread.
 #define NMM_SOLVE_CHUNK 64
 
+/// A first guess may be worse than u = 0 by this factor, which is rounding, and is taken all the
+/// same.
+#define NMM_GUESS_MARGIN (1 + 1e-12)
+
 /// Steps of the Lanczos process that estimates lambda_max.
 #define NMM_LANCZOS 32
 

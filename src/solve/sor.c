@@ -55,7 +55,7 @@ static double true_norm(const nmm_solver *s) {
 static double first_norm(nmm_solver *s, const double *u) {
     nmm_solver_load_guess(s, u);
     double norm = true_norm(s);
-    if (!(norm <= s->norm)) {
+    if (!(norm <= NMM_GUESS_MARGIN * s->norm)) {
         s->guess_dropped = true;
         memset(s->u, 0, 2 * (size_t)s->n_row * sizeof(double));
         norm = true_norm(s);

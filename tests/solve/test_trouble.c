@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: MIT
+//
+// Systems that cannot be solved, options that make no sense, memory that is not there: each ends
+// with a reason and a row, u stays as it was, nothing leaks, nothing is ever NaN.
+
+#include "systems.h"
+#include "test.h"
+
+#include <stdlib.h>
+
+static const nmm_solve_method methods[] = {NMM_SOLVE_JACOBI, NMM_SOLVE_PCG, NMM_SOLVE_SOR,
+                                           NMM_SOLVE_GAUSS_SEIDEL};
+#define N_METHOD 4
+#define N_ROW 30
+
+typedef struct fixture {
+    nmm_context context;
+    test_system system;
+    nmm_solver *solver;
+    double u[2 * N_ROW];
+} fixture;
+
+static void set_up(fixture *x) {
+    memset(x, 0, sizeof *x);
+    x->context.n_thread = 1;
+    test_system_random(&x->context, &x->system, N_ROW, 4, 17);
+    assert_int_equal(nmm_solve_host()->open(&x->context, &x->solver, N_ROW, x->system.n_block),
+                     NMM_OK);
+    for (int i = 0; i < 2 * N_ROW; i++)
+        x->u[i] = 1e-6 * i;
+}
+
+static void tear_down(fixture *x) {
+    nmm_solve_host()->close(&x->context, &x->solver);
+    test_system_destroy(&x->context, &x->system);
+    assert_int_equal(x->context.n_live, 0);
+}
+
+// Every method ends so and names the row; u is untouched.
+static void expect(fixture *x, nmm_solve_end end, int row) {
+    for (int k = 0; k < N_METHOD; k++) {
+        double before[2 * N_ROW];
+        memcpy(before, x->u, sizeof before);
+        nmm_solve_options options = nmm_default_solve_options();
+        options.method = methods[k];
+        nmm_solve_report report;
+        assert_int_equal(nmm_solve_host()->solve(&x->context, x->solver, &x->system.K, x->system.f,
+                                                 x->u, false, &options, &report),
+                         NMM_OK);
+        assert_int_equal(report.end, end);
+        assert_int_equal(report.row, row);
+        assert_int_equal(report.method, methods[k]);
+        assert_memory_equal(before, x->u, sizeof before);
+        assert_true(isfinite(report.residual));
+    }
+}
+
+static void test_numbers_not_finite(void **state) {
+    (void)state;
+    const double bad[] = {NAN, INFINITY, -INFINITY};
+    for (int k = 0; k < 3; k++) {
+        fixture x;
+        set_up(&x);
+        // First the right-hand side, then an entry away from the diagonal.
+        const double f = x.system.f[2 * 11 + 1];
+        x.system.f[2 * 11 + 1] = bad[k];
+        expect(&x, NMM_SOLVE_NOT_FINITE, 11);
+        x.system.f[2 * 11 + 1] = f;
+        x.system.K.value[4 * x.system.K.row_start[21] + 2] = bad[k];
+        expect(&x, NMM_SOLVE_NOT_FINITE, 21);
+        // The lowest row is named.
+        x.system.K.value[4 * x.system.K.diagonal[8]] = bad[k];
+        expect(&x, NMM_SOLVE_NOT_FINITE, 8);
+        tear_down(&x);
+    }
+}
+
+static void test_diagonal_not_positive(void **state) {
+    (void)state;
+    const double block[][4] = {{0, 0, 0, 0},  {1, 0, 0, 0},     {0, 0, 0, 1}, {-1, 0, 0, 1},
+                               {1, 0, 0, -1}, {-2, 0, 0, -2},   {1, 1, 1, 1}, {1, 2, 2, 1},
+                               {0, 1, 1, 0},  {4e9, 2, 2, 1e-9}};
+    for (size_t k = 0; k < sizeof block / sizeof *block; k++) {
+        fixture x;
+        set_up(&x);
+        memcpy(x.system.K.value + 4 * x.system.K.diagonal[13], block[k], sizeof block[k]);
+        expect(&x, NMM_SOLVE_INDEFINITE, 13);
+        tear_down(&x);
+    }
+}
+
+static void test_bad_patterns(void **state) {
+    (void)state;
+    for (int k = 0; k < 6; k++) {
+        fixture x;
+        set_up(&x);
+        nmm_bsr *K = &x.system.K;
+        const int begin = K->row_start[9];
+        if (k == 0) K->col[begin] = -1;
+        if (k == 1) K->col[K->row_start[10] - 1] = N_ROW;
+        if (k == 2) K->col[begin + 1] = K->col[begin];
+        if (k == 3) K->diagonal[9] += 1;
+        if (k == 4) K->row_start[10] = begin;
+        if (k == 5) K->diagonal[9] = -1;
+        expect(&x, NMM_SOLVE_BAD_PATTERN, 9);
+        tear_down(&x);
+    }
+    fixture x;
+    set_up(&x);
+    x.system.K.row_start[0] = 1;
+    expect(&x, NMM_SOLVE_BAD_PATTERN, 0);
+    tear_down(&x);
+}
+
+// Positive diagonal blocks, but a negative direction: K = [1 2; 2 1] on each axis of two rows.
+static void test_negative_curvature(void **state) {
+    (void)state;
+    nmm_context context = {.n_thread = 1};
+    int row_start[] = {0, 2, 4}, col[] = {0, 1, 0, 1}, diagonal[] = {0, 3};
+    double value[] = {1, 0, 0, 1, 2, 0, 0, 2, 2, 0, 0, 2, 1, 0, 0, 1}, f[] = {1, 0, -1, 0};
+    const nmm_bsr K = {2, row_start, col, value, diagonal};
+    nmm_solver *solver = NULL;
+    assert_int_equal(nmm_solve_host()->open(&context, &solver, 2, 4), NMM_OK);
+    for (int k = 0; k < N_METHOD; k++) {
+        double u[4] = {0};
+        nmm_solve_options options = nmm_default_solve_options();
+        options.method = methods[k];
+        nmm_solve_report report;
+        assert_int_equal(
+            nmm_solve_host()->solve(&context, solver, &K, f, u, false, &options, &report), NMM_OK);
+        const bool sees = methods[k] == NMM_SOLVE_PCG || methods[k] == NMM_SOLVE_JACOBI;
+        assert_int_equal(report.end, sees ? NMM_SOLVE_INDEFINITE : NMM_SOLVE_DIVERGED);
+        if (sees) assert_in_range(report.row, 0, 1);
+        for (int i = 0; i < 4; i++)
+            assert_near(u[i], 0, 0);
+        assert_near(report.residual, 1, 1e-15);
+    }
+    nmm_solve_host()->close(&context, &solver);
+    assert_int_equal(context.n_live, 0);
+}
+
+// A floating block without mass, pushed: no equilibrium exists, and no method claims one.
+static void test_floating_block(void **state) {
+    (void)state;
+    nmm_context context = {.n_thread = 1};
+    test_system system = {0};
+    const rock wall = {.n_across = 1, .n_up = 2, .n_node = 4, .courant = 0, .spring = 0, .seed = 1};
+    test_system_rock(&context, &system, &wall);
+    double *u = NULL;
+    assert_int_equal(nmm_allocate(&context, &u, (size_t)system.K.n_row, 2 * sizeof *u), NMM_OK);
+    nmm_solver *solver = NULL;
+    assert_int_equal(nmm_solve_host()->open(&context, &solver, system.K.n_row, system.n_block),
+                     NMM_OK);
+    for (int k = 0; k < N_METHOD; k++) {
+        nmm_solve_options options = nmm_default_solve_options();
+        options.method = methods[k];
+        options.max_iterations = 3000;
+        nmm_solve_report report;
+        memset(u, 0, 2 * (size_t)system.K.n_row * sizeof *u);
+        assert_int_equal(nmm_solve_host()->solve(&context, solver, &system.K, system.f, u, false,
+                                                 &options, &report),
+                         NMM_OK);
+        assert_int_not_equal(report.end, NMM_SOLVE_CONVERGED);
+        assert_true(report.residual <= 1 + 1e-12);
+        for (int i = 0; i < 2 * system.K.n_row; i++)
+            assert_true(isfinite(u[i]));
+    }
+    nmm_solve_host()->close(&context, &solver);
+    nmm_release(&context, &u);
+    test_system_destroy(&context, &system);
+    assert_int_equal(context.n_live, 0);
+}
+
+// Plain Jacobi diverges where lambda_max > 2, and says so soon; damped by the estimate it does not.
+static void test_plain_jacobi(void **state) {
+    (void)state;
+    nmm_context context = {.n_thread = 1};
+    const bool lumped[] = {false, true};
+    for (int k = 0; k < 2; k++) {
+        test_system system = {0};
+        const rock wall = {.n_across = 3,
+                           .n_up = 2,
+                           .n_node = 5,
+                           .courant = lumped[k] ? 0.01 : 1,
+                           .lumped = lumped[k],
+                           .spring = 50,
+                           .seed = 2};
+        test_system_rock(&context, &system, &wall);
+        double *u = NULL;
+        assert_int_equal(nmm_allocate(&context, &u, (size_t)system.K.n_row, 2 * sizeof *u), NMM_OK);
+        nmm_solver *solver = NULL;
+        assert_int_equal(nmm_solve_host()->open(&context, &solver, system.K.n_row, system.n_block),
+                         NMM_OK);
+        nmm_solve_options options = nmm_default_solve_options();
+        options.method = NMM_SOLVE_JACOBI;
+        nmm_solve_report damped, plain;
+        assert_int_equal(nmm_solve_host()->solve(&context, solver, &system.K, system.f, u, false,
+                                                 &options, &damped),
+                         NMM_OK);
+        assert_int_equal(damped.end, NMM_SOLVE_CONVERGED);
+        options.jacobi_damping = 1;
+        memset(u, 0, 2 * (size_t)system.K.n_row * sizeof *u);
+        assert_int_equal(nmm_solve_host()->solve(&context, solver, &system.K, system.f, u, false,
+                                                 &options, &plain),
+                         NMM_OK);
+        // Consistent mass and springs: lambda_max > 2; lumped mass and a short step: below.
+        assert_int_equal(damped.lambda_max > 2, !lumped[k]);
+        assert_int_equal(plain.end, lumped[k] ? NMM_SOLVE_CONVERGED : NMM_SOLVE_DIVERGED);
+        if (!lumped[k]) {
+            assert_true(plain.iterations < 400);
+            for (int i = 0; i < 2 * system.K.n_row; i++)
+                assert_near(u[i], 0, 0);
+        }
+        nmm_solve_host()->close(&context, &solver);
+        nmm_release(&context, &u);
+        test_system_destroy(&context, &system);
+    }
+    assert_int_equal(context.n_live, 0);
+}
+
+// --- Arguments and memory
+// ------------------------------------------------------------------------
+
+static void expect_refused(const nmm_solve_options *options) {
+    fixture x;
+    set_up(&x);
+    nmm_solve_report report;
+    assert_int_equal(nmm_solve_host()->solve(&x.context, x.solver, &x.system.K, x.system.f, x.u,
+                                             false, options, &report),
+                     NMM_ERROR_ARGUMENT);
+    assert_true(strlen(x.context.error.message) > 10);
+    tear_down(&x);
+}
+
+static void test_options_out_of_range(void **state) {
+    (void)state;
+    const double wrong[] = {-1, 2, 3, NAN, INFINITY};
+    for (int k = 0; k < 5; k++) {
+        nmm_solve_options options = nmm_default_solve_options();
+        options.tolerance = wrong[k];
+        expect_refused(&options);
+        options = nmm_default_solve_options();
+        options.sor_factor = wrong[k];
+        expect_refused(&options);
+        options = nmm_default_solve_options();
+        options.jacobi_damping = wrong[k];
+        expect_refused(&options);
+    }
+    nmm_solve_options options = nmm_default_solve_options();
+    options.tolerance = 0;
+    expect_refused(&options);
+    options.absolute = -1;
+    expect_refused(&options);
+    options.absolute = NAN;
+    expect_refused(&options);
+    options = nmm_default_solve_options();
+    options.method = (nmm_solve_method)17;
+    expect_refused(&options);
+    options.method = (nmm_solve_method)-1;
+    expect_refused(&options);
+    options = nmm_default_solve_options();
+    options.max_iterations = -5;
+    expect_refused(&options);
+}
+
+static void test_larger_than_opened(void **state) {
+    (void)state;
+    fixture x;
+    set_up(&x);
+    const nmm_solve_options options = nmm_default_solve_options();
+    nmm_solve_report report;
+    for (int k = 0; k < 2; k++) {
+        nmm_solve_host()->close(&x.context, &x.solver);
+        assert_int_equal(
+            nmm_solve_host()->open(&x.context, &x.solver, N_ROW - k, x.system.n_block - (1 - k)),
+            NMM_OK);
+        assert_int_equal(nmm_solve_host()->solve(&x.context, x.solver, &x.system.K, x.system.f, x.u,
+                                                 false, &options, &report),
+                         NMM_ERROR_ARGUMENT);
+    }
+    nmm_solve_host()->close(&x.context, &x.solver);
+    assert_int_equal(nmm_solve_host()->open(&x.context, &x.solver, -1, 5), NMM_ERROR_ARGUMENT);
+    assert_null(x.solver);
+    tear_down(&x);
+}
+
+typedef struct failing {
+    long calls, fail_at;
+} failing;
+
+static void *failing_hook(void *user, void *old, size_t size) {
+    failing *hook = user;
+    if (size == 0) {
+        free(old);
+        return NULL;
+    }
+    return hook->calls++ == hook->fail_at ? NULL : realloc(old, size);
+}
+
+static void test_no_memory(void **state) {
+    (void)state;
+    int failures = 0;
+    for (long at = 0;; at++) {
+        failing hook = {0, at};
+        nmm_context context = {.n_thread = 1, .allocate = failing_hook, .user = &hook};
+        nmm_solver *solver = NULL;
+        const nmm_status status = nmm_solve_host()->open(&context, &solver, 50, 500);
+        if (status == NMM_OK) {
+            nmm_solve_host()->close(&context, &solver);
+            assert_int_equal(context.n_live, 0);
+            break;
+        }
+        failures++;
+        assert_int_equal(status, NMM_ERROR_MEMORY);
+        assert_null(solver);
+        assert_int_equal(context.n_live, 0);
+    }
+    assert_true(failures >= 9);
+}
+
+static void test_names(void **state) {
+    (void)state;
+    assert_string_equal(nmm_solve_method_name(NMM_SOLVE_PCG), "pcg");
+    assert_string_equal(nmm_solve_method_name((nmm_solve_method)99), "unknown");
+    for (int end = NMM_SOLVE_BAD_PATTERN; end <= NMM_SOLVE_CONVERGED; end++)
+        assert_string_not_equal(nmm_solve_end_name((nmm_solve_end)end), "unknown");
+    assert_string_equal(nmm_solve_end_name((nmm_solve_end)5), "unknown");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_numbers_not_finite),
+        cmocka_unit_test(test_diagonal_not_positive),
+        cmocka_unit_test(test_bad_patterns),
+        cmocka_unit_test(test_negative_curvature),
+        cmocka_unit_test(test_floating_block),
+        cmocka_unit_test(test_plain_jacobi),
+        cmocka_unit_test(test_options_out_of_range),
+        cmocka_unit_test(test_larger_than_opened),
+        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_names),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
