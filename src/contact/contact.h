@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Contact between loop vertices and loop edges: candidates by a uniform grid, vertex-edge contacts
+// Contact between loop vertices and loop edges: candidates by a grid of cells, vertex-edge contacts
 // with tributary lengths, history by identity, Mohr-Coulomb return mapping, open-close judgement.
 //
 // One step:  find (candidates, narrow phase, inherit) once;  evaluate after each solve;  commit
-// when the step is accepted. Find, evaluate and commit give the same bits for any number of
-// threads.
+// when the step is accepted. All give the same bits for any number of threads. Equations (5.x) of
+// docs/theory/5-contact.md.
 
 #ifndef NMM_CONTACT_H
 #define NMM_CONTACT_H
@@ -13,25 +13,20 @@
 #include "model.h"
 
 typedef struct nmm_contact_options {
-    double penalty; // normal stiffness per tributary length = penalty * E / h, E harmonic mean of
-                    // both sides
-    bool augmented; // carried normal forces follow the contact force
-    double reach;   // [m] a vertex nearer than this to an edge is a contact (open ones too)
+    double penalty; // normal stiffness per tributary length = penalty * E / h, E harmonic mean
+    bool augmented; // carried forces follow the contact forces until nothing overlaps
 } nmm_contact_options;
 
 /// Why the open-close loop goes on, and which contact is the worst.
 typedef struct nmm_contact_verdict {
     int n_opened, n_closed; // against the modes before the evaluation
     int n_slipped, n_stuck;
-    int worst;           // contact whose normal force changed most, -1: none
-    double force_change; // [N] of that contact
-    double force_scale;  // [N] largest normal force
-    double penetration;  // [m] largest overlap
-    uint64_t modes;      // hash of all modes: the same twice in one step is a cycle
+    int worst;          // contact that changed mode with the largest force, -1: none
+    double penetration; // [m] largest overlap
+    uint64_t modes;     // hash of all modes: the same twice in one step is a circle
 } nmm_contact_verdict;
 
-/// Derivatives of gap and slip by the displacements of six covers (of the vertex, then of the
-/// edge).
+/// Derivatives of gap and slip by the displacements of six covers: of the vertex, then of the edge.
 typedef struct nmm_contact_row {
     int cover[6];
     double normal[6][2]; // d gap  / d cover displacement
@@ -45,30 +40,43 @@ typedef struct nmm_contact_energy {
     double fracture; // [J] lost when bonds broke since the start
 } nmm_contact_energy;
 
-/// The spatial index, kept over steps; rebuilt when something moved more than half the skin.
+/// The spatial index, kept over steps; rebuilt when something moved too far for it.
 typedef struct nmm_contact_search nmm_contact_search;
 
 nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
                             const nmm_contact_options *options, nmm_contact_search **search);
 void nmm_contact_close(nmm_context *context, nmm_contact_search **search);
 
-/// First call of a run: contacts of joints get their bond and, with initial stress, their carried
-/// forces. Rewrites state->contact, sorted by (vertex, edge), history inherited.
+/// All vertices nearer than `reach` [m] to an edge they could touch: rewrites state->contact,
+/// sorted by (vertex, edge), history inherited. The first call of a run bonds the joints and, with
+/// initial stress, gives contacts the forces that hold it.
 nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
-                            const nmm_model *model, nmm_state *state);
+                            const nmm_model *model, nmm_state *state, double reach);
 
 /// Gap, slip, forces and mode of each contact at state->position, from the anchors of the step's
 /// start. Returns how the modes differ from those before.
 nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const nmm_model *model,
-                                         nmm_state *state);
+                                         nmm_state *state, int n_thread);
 
-/// The derivatives at state->position, for the assembly.
+/// The derivatives at state->position, eq. (5.5) and (5.6): exact, so that a pair of contact forces
+/// has neither resultant nor moment.
 nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
                                    const nmm_contact *contact);
 
-/// The step is accepted: anchors follow the slip, bonds break, carried forces are updated.
+/// Augmented contact: raise the carried forces of closed contacts that overlap (or sticking ones
+/// that slipped) by more than `allowed` [m]. Returns whether any was raised.
+bool nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double allowed);
+
+/// The step is accepted: anchors follow the slip, bonds break.
 /// Adds friction and fracture of the step to *energy and sets its elastic part.
 void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model, nmm_state *state,
                         nmm_contact_energy *energy);
+
+/// Elastic energy of all contacts as they are [J].
+double nmm_contact_stored(const nmm_contact_search *search, const nmm_state *state);
+
+/// "contact of block 3 'slider' with block 0 at (1.2, 3.4)" into text[size].
+void nmm_contact_describe(const nmm_model *model, const nmm_state *state, int contact, char *text,
+                          size_t size);
 
 #endif

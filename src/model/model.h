@@ -127,12 +127,15 @@ typedef struct nmm_contact {
     double anchor; // edge parameter where the shear spring is tied, at the start of the step
     double
         carried_normal; // [N] carried normal force (pressure positive): initial stress, multiplier
-    double carried_shear; // [N] carried shear force on the vertex along t
-    double gap;           // [m] at the last evaluation, negative = overlap
-    double slip;          // [m] at the last evaluation, since the anchor
-    double normal_force;  // [N] pressure positive
-    double shear_force;   // [N] on the vertex, along t
-    double slid;          // [m] length slid since the contact came to be, never falls
+    double carried_shear;         // [N] carried shear force on the vertex along t
+    double gap;                   // [m] at the last evaluation, negative = overlap
+    double slip;                  // [m] at the last evaluation, since the anchor
+    double normal_force;          // [N] pressure positive
+    double shear_force;           // [N] on the vertex, along t
+    double slid;                  // [m] length slid since the contact came to be, never falls
+    nmm_contact_mode mode_before; // at the evaluation before the last
+    bool breaking;                // the bond gave way in this try of the step
+    double bond_energy;           // [J] stored when it gave way
 } nmm_contact;
 
 typedef struct nmm_state {

@@ -55,7 +55,6 @@ static nmm_status open_contact(nmm_sim *sim) {
     const nmm_contact_options options = {
         .penalty = sim->settings.penalty,
         .augmented = sim->settings.contact_method == NMM_CONTACT_AUGMENTED,
-        .reach = 2 * sim->allowed,
     };
     return nmm_contact_open(&sim->context, &sim->model, &options, &sim->search);
 }
@@ -148,7 +147,7 @@ const char *nmm_sim_mistakes(const nmm_sim *sim) {
 nmm_status nmm_sim_check(nmm_sim *sim, nmm_check *check) {
     const nmm_model *model = &sim->model;
     if (sim->state.step == 0 && sim->search != NULL) {
-        TRY(nmm_contact_find(&sim->context, sim->search, model, &sim->state));
+        TRY(nmm_contact_find(&sim->context, sim->search, model, &sim->state, 0.04 * model->size));
     }
     TRY(nmm_system_pattern(&sim->context, &sim->system, model, &sim->state));
     // The solver keeps the matrix once more, and about eight vectors.

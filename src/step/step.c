@@ -54,10 +54,27 @@ static void return_to_start(nmm_sim *sim) {
     nmm_state_place(&sim->model, state, sim->context.n_thread);
 }
 
-// Contacts of the step, their history and the pattern that follows.
-static nmm_status find_contacts(nmm_sim *sim) {
+static double largest_velocity(const nmm_sim *sim) {
+    double largest = 0;
+    for (int c = 0; c < sim->model.n_cover; c++) {
+        const double *v = sim->state.velocity + 2 * (long)c;
+        largest = nmm_max(largest, v[0] * v[0] + v[1] * v[1]);
+    }
+    return sqrt(largest);
+}
+
+// Contacts of the step, their history and the pattern that follows. Contacts are listed for what
+// can move in this step, not for the most that any step may move: fewer open ones.
+static nmm_status find_contacts(nmm_sim *sim, double h) {
+    sim->allowed_now = sim->allowed;
     if (sim->search != NULL) {
-        TRY(nmm_contact_find(&sim->context, sim->search, &sim->model, &sim->state));
+        const double expected = 1.5 * h * largest_velocity(sim) + 0.02 * sim->model.size;
+        sim->allowed_now = nmm_min(sim->allowed, expected);
+        TRY(nmm_contact_find(&sim->context, sim->search, &sim->model, &sim->state,
+                             2 * sim->allowed_now));
+        if (sim->state.step == 0) {
+            sim->contact_energy.elastic = nmm_contact_stored(sim->search, &sim->state);
+        }
     }
     nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
     TRY(nmm_system_pattern(&sim->context, &sim->system, &sim->model, &sim->state));
@@ -171,10 +188,10 @@ static nmm_status settle_step(nmm_sim *sim, double *h) {
     for (;;) {
         nmm_try outcome = NMM_TRY_SETTLED;
         TRY(nmm_step_try(sim, *h, &outcome));
-        if (outcome == NMM_TRY_SETTLED && report->move > 1 + 1e-9) {
+        if (report->move > 1 + 1e-9 && outcome == NMM_TRY_SETTLED) outcome = NMM_TRY_MOVED;
+        if (outcome == NMM_TRY_MOVED) {
             snprintf(report->reason, sizeof report->reason,
-                     "a point moved %.3g times the allowed %.3g m", report->move, sim->allowed);
-            outcome = NMM_TRY_MOVED;
+                     "a point moved %.3g times the allowed %.3g m", report->move, sim->allowed_now);
         }
         if (outcome == NMM_TRY_SETTLED) return NMM_OK;
         *h = shorter(sim, *h, outcome);
@@ -199,9 +216,9 @@ static nmm_status do_step(nmm_sim *sim) {
         report->end = sim->summary.end;
         return NMM_OK;
     }
-    TRY(find_contacts(sim));
-    TRY(save_start(sim));
     double h = choose_length(sim);
+    TRY(find_contacts(sim, h));
+    TRY(save_start(sim));
     TRY(settle_step(sim, &h));
     if (report->end != NMM_END_RUNNING) return NMM_OK;
     TRY(accept_step(sim, h));

@@ -39,7 +39,8 @@ struct nmm_sim {
     const nmm_solve_backend *backend;
     nmm_solver *solver;
     int solver_rows, solver_blocks; // sizes the solver is open for
-    double allowed;                 // [m] largest displacement of a step
+    double allowed;                 // [m] largest displacement of any step
+    double allowed_now;             // [m] of this step: contacts are listed for no more
 
     // The state at the start of the step, to go back to.
     double *start_displacement, *start_velocity; // [n_cover][2]
@@ -74,7 +75,7 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome);
 /// start.
 void nmm_ledger_start(nmm_sim *sim);
 
-/// Book the step of length h that was just accepted (before the velocities are updated).
+/// Book the step of length h that was just accepted, its velocities and contacts included.
 void nmm_ledger_step(nmm_sim *sim, double h, nmm_contact_energy before);
 
 /// Work of the contact forces on the covers over the step [J], from the last residual.

@@ -29,7 +29,7 @@ static void restore_start(nmm_sim *sim) {
 static nmm_contact_verdict evaluate_contacts(nmm_sim *sim) {
     nmm_state_place(&sim->model, &sim->state, sim->context.n_thread);
     if (sim->search == NULL) return (nmm_contact_verdict){.worst = -1};
-    return nmm_contact_evaluate(sim->search, &sim->model, &sim->state);
+    return nmm_contact_evaluate(sim->search, &sim->model, &sim->state, sim->context.n_thread);
 }
 
 // Room in the solver for the matrix as it is now.
@@ -115,7 +115,7 @@ static double largest_move(const nmm_sim *sim) {
         if (!(square <= largest)) largest = square;
         if (!(largest < INFINITY)) return INFINITY;
     }
-    return sqrt(largest) / sim->allowed;
+    return sqrt(largest) / sim->allowed_now;
 }
 
 // --- When is it settled?
@@ -146,7 +146,7 @@ static bool runs_in_circles(const uint64_t *modes, int n) {
 static bool raise_carried(nmm_sim *sim, double end) {
     nmm_state *state = &sim->state;
     const double allowed = 0.1 * sim->settings.tolerance * sim->model.height;
-    bool raised = false;
+    bool raised = sim->search != NULL && nmm_contact_raise(sim->search, state, allowed);
     for (int s = 0; s < sim->model.n_support; s++) {
         const nmm_vec2 error = nmm_support_error(&sim->model, state, s, end);
         if (fabs(error.x) <= allowed && fabs(error.y) <= allowed) continue;
@@ -158,7 +158,7 @@ static bool raise_carried(nmm_sim *sim, double end) {
     return raised;
 }
 
-static void say_flips(nmm_sim *sim, const nmm_contact_verdict *verdict, const char *what) {
+static void say_why(nmm_sim *sim, const nmm_contact_verdict *verdict, const char *what) {
     char contact[160] = "";
     if (verdict->worst >= 0) {
         nmm_contact_describe(&sim->model, &sim->state, verdict->worst, contact, sizeof contact);
@@ -197,69 +197,70 @@ typedef struct passes {
     nmm_contact_verdict verdict;
 } passes;
 
-// Judge the state after a residual: go on (false), or end the try with *outcome (true).
-static bool judge_pass(nmm_sim *sim, passes *p, double end, nmm_try *outcome) {
-    if (p->n == 0) return false;
+// What to do after a residual.
+typedef enum judgement { SOLVE_ON, RESIDUAL_AGAIN, TRY_ENDED } judgement;
+
+static judgement judge_pass(nmm_sim *sim, passes *p, double end, nmm_try *outcome) {
+    if (p->n == 0) return SOLVE_ON;
     const bool quiet = count_flips(&p->verdict) == 0;
     if (quiet && forces_balance(sim)) {
-        if (p->raised < NMM_MAX_RAISE && raise_carried(sim, end)) {
-            p->raised += 1;
-            p->n = nmm_min_int(p->n, NMM_MAX_PASS / 2);
-            return false;
-        }
         *outcome = NMM_TRY_SETTLED;
-        return true;
+        if (p->raised >= NMM_MAX_RAISE || !raise_carried(sim, end)) return TRY_ENDED;
+        p->raised += 1;
+        p->n = 1; // the count of passes is for one set of carried forces
+        return RESIDUAL_AGAIN;
     }
-    if (!quiet && (p->n >= NMM_MAX_FLIP || runs_in_circles(p->modes, p->n))) {
-        say_flips(sim, &p->verdict,
-                  p->n >= NMM_MAX_FLIP ? "contacts keep changing mode"
-                                       : "contacts change mode in circles");
+    const bool circles = runs_in_circles(p->modes, p->n);
+    if (!quiet && (p->n >= NMM_MAX_FLIP || circles)) {
+        say_why(sim, &p->verdict,
+                circles ? "contacts change mode in circles" : "contacts keep changing mode");
         *outcome = NMM_TRY_FLIPS;
-        return true;
+        return TRY_ENDED;
     }
-    if (p->n < NMM_MAX_PASS) return false;
-    say_flips(sim, &p->verdict, "forces do not balance");
+    if (p->n < NMM_MAX_PASS) return SOLVE_ON;
+    say_why(sim, &p->verdict, "forces do not balance");
     *outcome = NMM_TRY_FORCES;
-    return true;
+    return TRY_ENDED;
+}
+
+// One linear solve, applied. *outcome says when it missed its tolerance or went too far.
+static nmm_status correct(nmm_sim *sim, passes *p, double h, nmm_try *outcome) {
+    nmm_solve_report solved = {0};
+    TRY(solve_pass(sim, h, p->n, &solved));
+    if (solved.end != NMM_SOLVE_CONVERGED) {
+        snprintf(sim->report.reason, sizeof sim->report.reason,
+                 "the solver %s (%d iterations, relative residual %.2g)", name_of_end(solved.end),
+                 solved.iterations, solved.residual);
+        *outcome = NMM_TRY_SOLVER;
+        return NMM_OK;
+    }
+    apply_change(sim);
+    p->verdict = evaluate_contacts(sim);
+    p->modes[p->n++] = p->verdict.modes;
+    sim->report.passes += 1;
+    sim->summary.open_close_iterations += 1;
+    sim->report.move = largest_move(sim);
+    // Far beyond what is allowed: no need to settle first.
+    if (sim->report.move > 2) *outcome = NMM_TRY_MOVED;
+    return NMM_OK;
 }
 
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     const nmm_step_state step = {h, sim->state.time + h, sim->start_displacement};
     passes p = {0};
+    sim->report.passes = 0;
+    *outcome = NMM_TRY_SETTLED;
     restore_start(sim);
     nmm_system_hold(&sim->model, &sim->state, step.end);
     nmm_system_load(&sim->system, &sim->model, step.end);
     evaluate_contacts(sim);
-    for (;;) {
+    while (*outcome == NMM_TRY_SETTLED) {
         nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
         nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step);
-        bool ended = judge_pass(sim, &p, step.end, outcome);
-        if (p.n > 0 && !ended && p.raised > 0) {
-            // Carried forces may just have been raised.
-            nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step);
-        }
-        sim->report.passes = p.n;
-        if (ended) return NMM_OK;
-        nmm_solve_report solved = {0};
-        TRY(solve_pass(sim, h, p.n, &solved));
-        if (solved.end != NMM_SOLVE_CONVERGED) {
-            snprintf(sim->report.reason, sizeof sim->report.reason,
-                     "the solver %s (%d iterations, relative residual %.2g)",
-                     name_of_end(solved.end), solved.iterations, solved.residual);
-            *outcome = NMM_TRY_SOLVER;
-            return NMM_OK;
-        }
-        apply_change(sim);
-        p.verdict = evaluate_contacts(sim);
-        p.modes[p.n++] = p.verdict.modes;
-        sim->summary.open_close_iterations += 1;
-        sim->report.move = largest_move(sim);
-        // Far beyond what is allowed: no need to settle first.
-        if (sim->report.move > 2) {
-            snprintf(sim->report.reason, sizeof sim->report.reason,
-                     "a point moved %.3g times the allowed %.3g m", sim->report.move, sim->allowed);
-            *outcome = NMM_TRY_MOVED;
-            return NMM_OK;
-        }
+        const judgement judged = judge_pass(sim, &p, step.end, outcome);
+        nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
+        if (judged == TRY_ENDED) return NMM_OK;
+        if (judged == SOLVE_ON) TRY(correct(sim, &p, h, outcome));
     }
+    return NMM_OK;
 }

@@ -112,7 +112,6 @@ static void gather_elements(const nmm_system *system, const nmm_model *model, in
         const double area = model->element_area[e];
         inner[0] += area * (P[0] * g[0] + P[1] * g[1]);
         inner[1] += area * (P[2] * g[0] + P[3] * g[1]);
-        if (system->lumped) continue;
         for (int j = 0; j < 3; j++) {
             const double m = system->element_mass[6 * (long)e + nmm_mass_index(i, j)];
             const double *a = system->acceleration + 2 * (long)model->element_cover[3 * e + j];
@@ -120,9 +119,6 @@ static void gather_elements(const nmm_system *system, const nmm_model *model, in
             inertia[1] += m * a[1];
         }
     }
-    if (!system->lumped) return;
-    inertia[0] = system->cover_mass[c] * system->acceleration[2 * c];
-    inertia[1] = system->cover_mass[c] * system->acceleration[2 * c + 1];
 }
 
 static void gather_supports(const nmm_system *system, const nmm_model *model,
@@ -209,14 +205,10 @@ static void assemble_elements(nmm_system *system, const nmm_model *model, int c,
             double *block =
                 K->value + 4 * (long)system->place[system->base_slot[9 * (long)e + 3 * i + j]];
             nmm_stiffness_add(&system->stiffness[e], i, j, block);
-            if (system->lumped) continue;
             const double m = inertia * system->element_mass[6 * (long)e + nmm_mass_index(i, j)];
             add_diagonal(block, m, m);
         }
     }
-    if (!system->lumped) return;
-    const double m = inertia * system->cover_mass[c];
-    add_diagonal(K->value + 4 * (long)K->diagonal[c], m, m);
 }
 
 static void assemble_supports(nmm_system *system, const nmm_model *model, int c) {

@@ -87,15 +87,19 @@ static nmm_status build_base(nmm_context *context, nmm_system *system, const nmm
     return NMM_OK;
 }
 
-static void build_mass(nmm_system *system, const nmm_model *model) {
+// Mass of each element, lumped as its row sums when asked for, and of each cover.
+static void build_mass(nmm_system *system, const nmm_model *model, bool lumped) {
     for (int e = 0; e < model->n_element; e++) {
         const double density = model->material[model->element_material[e]].density;
         const double *weight = model->element_weight + 3 * (long)e;
+        double *m = system->element_mass + 6 * (long)e;
         nmm_mass_of(density, model->element_area[e], model->element_moment + 3 * (long)e, weight,
-                    model->element_gradient + 6 * (long)e, system->element_mass + 6 * (long)e);
+                    model->element_gradient + 6 * (long)e, m);
         for (int i = 0; i < 3; i++) {
-            system->cover_mass[model->element_cover[3 * e + i]] +=
-                density * model->element_area[e] * weight[i];
+            const double row = density * model->element_area[e] * weight[i];
+            system->cover_mass[model->element_cover[3 * e + i]] += row;
+            for (int j = i; j < 3 && lumped; j++)
+                m[nmm_mass_index(i, j)] = i == j ? row : 0;
         }
     }
 }
@@ -125,12 +129,11 @@ static nmm_status build_supports(nmm_context *context, nmm_system *system, const
 nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
                              const nmm_scene_settings *settings, nmm_system *system) {
     const size_t n = (size_t)model->n_cover, n_element = (size_t)model->n_element;
-    system->lumped = settings->mass == NMM_MASS_LUMPED;
     system->damping = settings->damping;
     TRY(build_base(context, system, model));
     TRY(nmm_allocate(context, &system->element_mass, 6 * n_element, sizeof(double)));
     TRY(nmm_allocate(context, &system->cover_mass, n, sizeof(double)));
-    build_mass(system, model);
+    build_mass(system, model, settings->mass == NMM_MASS_LUMPED);
     TRY(build_supports(context, system, model));
     if (model->n_hold > 0) {
         TRY(nmm_allocate(context, &system->fixed, n, 1));

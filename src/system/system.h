@@ -27,13 +27,12 @@ typedef struct nmm_system {
     // Constant over the run.
     int *base_start, *base_col;         // pattern of the elements alone
     int *base_slot;                     // [n_element][3][3] entry of base_col for covers (i, j)
-    double *element_mass;               // [n_element][6] kg, nmm_mass_of
+    double *element_mass;               // [n_element][6] kg, nmm_mass_of; diagonal when lumped
     double *cover_mass;                 // [n_cover] kg, row sums
     int *support_start, *cover_support; // 3 * support + place of the cover in it, by cover
     double *reaction;     // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
     unsigned char *fixed; // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
-    bool lumped;
-    double damping; // [1/s]
+    double damping;       // [1/s]
 
     // Follow from the contacts.
     int *place; // [n_base] entry of K for an entry of base_col

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+//
+// The list of contacts of a step: raw contacts with the history of the last list. A contact is
+// known by (vertex, edge). Where that is new, history comes from the same vertex on the
+// neighbouring edge, or from the other side's vertex of the same place: then the slip is kept and
+// the anchor put so. Bonded contacts stay, with their first length, until they break.
+
+#include "search.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
+                            const nmm_contact_options *options, nmm_contact_search **search) {
+    TRY(nmm_allocate(context, search, 1, sizeof **search));
+    nmm_contact_search *s = *search;
+    const size_t n = (size_t)model->n_vertex;
+    s->options = *options;
+    s->n_bucket = 16;
+    while (s->n_bucket < model->n_vertex && s->n_bucket < 1 << 28)
+        s->n_bucket *= 2;
+    TRY(nmm_allocate(context, &s->built_at, 2 * n, sizeof(double)));
+    TRY(nmm_allocate(context, &s->bucket_start, (size_t)s->n_bucket + 1, sizeof(int)));
+    TRY(nmm_allocate(context, &s->bucket_pairs, (size_t)s->n_bucket + 1, sizeof(int)));
+    TRY(nmm_allocate(context, &s->box, n, sizeof(nmm_box)));
+    return nmm_allocate(context, &s->vertex_start, n + 1, sizeof(int));
+}
+
+void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
+    nmm_contact_search *s = *search;
+    if (s == NULL) return;
+    nmm_release(context, &s->built_at);
+    nmm_release(context, &s->pair);
+    nmm_release(context, &s->bucket_start);
+    nmm_release(context, &s->bucket_pairs);
+    nmm_release(context, &s->cell);
+    nmm_release(context, &s->box);
+    nmm_release(context, &s->raw);
+    nmm_release(context, &s->raw_first);
+    nmm_release(context, &s->raw_count);
+    nmm_release(context, &s->vertex_start);
+    nmm_release(context, &s->sorted);
+    nmm_release(context, &s->next);
+    nmm_release(context, search);
+}
+
+// --- A new contact
+// -----------------------------------------------------------------------------------
+
+static int interface_of(const nmm_model *model, int vertex, int edge) {
+    const int of_edge = model->edge_interface[edge], after = model->edge_interface[vertex];
+    const int before = model->edge_interface[model->vertex_prev[vertex]];
+    if (of_edge >= 0) return of_edge;
+    return nmm_max_int(0, nmm_max_int(after, before));
+}
+
+static double modulus_behind(const nmm_model *model, int edge) {
+    return model->material[model->element_material[model->edge_element[edge]]].youngs_modulus;
+}
+
+// Springs in proportion to the tributary length, eq. (5.3).
+static void set_springs(const nmm_contact_search *search, const nmm_model *model, nmm_contact *c) {
+    const nmm_interface *law = &model->interface[c->interface];
+    const double a = modulus_behind(model, c->vertex), b = modulus_behind(model, c->edge);
+    const double both = 2 * a * b / (a + b);
+    const double normal = law->normal_stiffness > 0 ? law->normal_stiffness
+                                                    : search->options.penalty * both / model->size;
+    const double shear = law->shear_stiffness > 0 ? law->shear_stiffness : normal / 2.5;
+    c->normal_stiffness = normal * c->length;
+    c->shear_stiffness = shear * c->length;
+}
+
+static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model *model,
+                               const nmm_state *state, const nmm_raw *raw) {
+    nmm_contact c = {.vertex = raw->vertex, .edge = raw->edge, .length = raw->length};
+    c.interface = interface_of(model, raw->vertex, raw->edge);
+    c.gap = raw->gap;
+    const nmm_edge_line e = nmm_edge_line_of(model, state, raw->edge);
+    const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, raw->vertex), e.p);
+    c.anchor = nmm_vec2_dot(e.t, off) / e.length;
+    set_springs(search, model, &c);
+    return c;
+}
+
+// --- History
+// -------------------------------------------------------------------------------------------
+
+// Take over what `old` knew. Forces per length are kept; the slip too, so the anchor moves along.
+static void inherit(const nmm_contact_search *search, const nmm_model *model,
+                    const nmm_state *state, nmm_contact *c, const nmm_contact *old) {
+    const bool same = old->vertex == c->vertex && old->edge == c->edge;
+    nmm_contact next = *old;
+    next.vertex = c->vertex;
+    next.edge = c->edge;
+    next.length = old->bonded ? old->length : c->length;
+    const double ratio = next.length / old->length;
+    next.carried_normal *= ratio;
+    next.carried_shear *= ratio;
+    next.normal_force *= ratio;
+    next.shear_force *= ratio;
+    if (!same) {
+        const nmm_edge_line e = nmm_edge_line_of(model, state, c->edge);
+        next.anchor = c->anchor - old->slip / e.length;
+        next.interface = c->interface;
+    }
+    set_springs(search, model, &next);
+    *c = next;
+}
+
+static const nmm_contact *closed_contact(const nmm_state *state, int vertex, int edge) {
+    const nmm_contact *old = nmm_contact_lookup(state, vertex, edge);
+    return old != NULL && old->mode != NMM_CONTACT_OPEN && !old->bonded ? old : NULL;
+}
+
+// History of a contact that was not there under its own name.
+static const nmm_contact *history_beside(const nmm_model *model, const nmm_state *state,
+                                         const nmm_contact *c) {
+    const int v = c->vertex, e = c->edge;
+    // The vertex passed a corner or a cut of the other side.
+    const nmm_contact *old = closed_contact(state, v, model->vertex_prev[e]);
+    if (old == NULL) old = closed_contact(state, v, model->vertex_next[e]);
+    if (old != NULL) return old;
+    // The other side's vertices at this place, on the edges that meet here.
+    const int other[2] = {e, model->vertex_next[e]};
+    const int edge[2] = {v, model->vertex_prev[v]};
+    for (int k = 0; k < 4 && old == NULL; k++)
+        old = closed_contact(state, other[k / 2], edge[k % 2]);
+    return old;
+}
+
+static nmm_contact with_history(const nmm_contact_search *search, const nmm_model *model,
+                                const nmm_state *state, const nmm_raw *raw) {
+    nmm_contact c = new_contact(search, model, state, raw);
+    const nmm_contact *old = nmm_contact_lookup(state, c.vertex, c.edge);
+    if (old == NULL) old = history_beside(model, state, &c);
+    if (old != NULL) inherit(search, model, state, &c, old);
+    return c;
+}
+
+// --- Start of a run
+// ------------------------------------------------------------------------------------
+
+// Joints that hold are bonded; initial stress is in balance at once, eq. (5.12).
+static void begin_contact(const nmm_model *model, const nmm_state *state, nmm_contact *c) {
+    const nmm_interface *law = &model->interface[c->interface];
+    const bool touching = fabs(c->gap) <= 1e-6 * model->size;
+    if (!touching || model->edge_mate[c->edge] < 0) return;
+    c->bonded = law->cohesion > 0 || law->tensile_strength > 0;
+    const nmm_edge_line e = nmm_edge_line_of(model, state, c->edge);
+    const double *a = state->initial_stress + 3 * (long)model->edge_element[c->edge];
+    const double *b = state->initial_stress + 3 * (long)model->edge_element[c->vertex];
+    double s[3];
+    for (int i = 0; i < 3; i++)
+        s[i] = 0.5 * (a[i] + b[i]);
+    const nmm_vec2 pull = {s[0] * e.n.x + s[2] * e.n.y, s[2] * e.n.x + s[1] * e.n.y};
+    c->carried_normal = -nmm_vec2_dot(e.n, pull) * c->length;
+    c->carried_shear = -nmm_vec2_dot(e.t, pull) * c->length;
+    if (!c->bonded) c->carried_normal = nmm_max(0, c->carried_normal);
+    c->mode = c->bonded || c->carried_normal > 0 ? NMM_CONTACT_STICK : NMM_CONTACT_OPEN;
+}
+
+// --- The list
+// ------------------------------------------------------------------------------------------
+
+static int order_of(const nmm_contact *old, const nmm_raw *raw) {
+    if (old->vertex != raw->vertex) return old->vertex < raw->vertex ? -1 : 1;
+    return (old->edge > raw->edge) - (old->edge < raw->edge);
+}
+
+// Merge the raw contacts with bonded ones that the search did not bring.
+static int make_list(nmm_contact_search *search, const nmm_model *model, const nmm_state *state,
+                     int n_raw) {
+    int n = 0, old = 0;
+    for (int i = 0; i < n_raw || old < state->n_contact;) {
+        const nmm_contact *before = &state->contact[old];
+        const int order = old >= state->n_contact ? 1
+                          : i >= n_raw            ? -1
+                                                  : order_of(before, &search->sorted[i]);
+        if (order < 0) {
+            if (before->bonded) search->next[n++] = *before;
+            old += 1;
+            continue;
+        }
+        const nmm_raw *raw = &search->sorted[i++];
+        if (order == 0) old += 1;
+        search->next[n] = with_history(search, model, state, raw);
+        if (!search->started) begin_contact(model, state, &search->next[n]);
+        n += 1;
+    }
+    return n;
+}
+
+nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
+                            const nmm_model *model, nmm_state *state, double reach) {
+    TRY(nmm_pairs_update(context, search, model, state, reach));
+    int n_raw = 0;
+    TRY(nmm_narrow(context, search, model, state, reach, &n_raw));
+    const int most = n_raw + state->n_contact;
+    TRY(nmm_grow(context, &search->next, &search->next_capacity, most, sizeof(nmm_contact)));
+    const int n = make_list(search, model, state, n_raw);
+    TRY(nmm_grow(context, &state->contact, &state->contact_capacity, n, sizeof(nmm_contact)));
+    if (n > 0) memcpy(state->contact, search->next, (size_t)n * sizeof(nmm_contact));
+    state->n_contact = n;
+    search->started = true;
+    return NMM_OK;
+}
+
+void nmm_contact_describe(const nmm_model *model, const nmm_state *state, int contact, char *text,
+                          size_t size) {
+    const nmm_contact *c = &state->contact[contact];
+    const nmm_vec2 p = nmm_vertex_place(model, state, c->vertex);
+    const int a = model->vertex_block[c->vertex], b = model->vertex_block[c->edge];
+    const char *name_a = model->block_name[a], *name_b = model->block_name[b];
+    static const char *const mode[] = {"open", "sliding", "sticking"};
+    snprintf(text, size, "block %d%s%.24s%s on block %d%s%.24s%s at (%.6g, %.6g), now %s", a,
+             name_a ? " '" : "", name_a ? name_a : "", name_a ? "'" : "", b, name_b ? " '" : "",
+             name_b ? name_b : "", name_b ? "'" : "", p.x + model->origin.x, p.y + model->origin.y,
+             mode[c->mode]);
+}

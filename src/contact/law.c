@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+//
+// The law of a contact: gap and slip at the configuration given, Mohr-Coulomb with a return mapping
+// from the anchor of the step's start, bonds that break once, commit of an accepted step.
+// N = carried - k_n g;  T = carried - k_s s, cut to mu N;  energy N^2 / 2 k_n + T^2 / 2 k_s.
+
+#include "search.h"
+
+#include <math.h>
+
+// A contact that just slid stands exactly at its limit: rounding must not make it stick.
+#define AT_LIMIT (1 - 1e-9)
+
+// --- Kinematics
+// ------------------------------------------------------------------------------------------
+
+static void measure(const nmm_model *model, const nmm_state *state, nmm_contact *c) {
+    const nmm_edge_line e = nmm_edge_line_of(model, state, c->edge);
+    const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, c->vertex), e.p);
+    c->gap = nmm_vec2_dot(e.n, off);
+    c->slip = nmm_vec2_dot(e.t, off) - c->anchor * e.length;
+}
+
+nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
+                                   const nmm_contact *contact) {
+    nmm_contact_row row;
+    const int v = contact->vertex, k = contact->edge;
+    const nmm_edge_line e = nmm_edge_line_of(model, state, k);
+    const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, v), e.p);
+    const double a = nmm_vec2_dot(e.t, off) / e.length;
+    const double turn = nmm_vec2_dot(e.n, off) / e.length;
+    const double *wv = model->edge_weight + 6 * (long)v, *we = model->edge_weight + 6 * (long)k;
+    for (int i = 0; i < 3; i++) {
+        row.cover[i] = model->element_cover[3 * model->edge_element[v] + i];
+        row.cover[3 + i] = model->element_cover[3 * model->edge_element[k] + i];
+        row.normal[i][0] = wv[i] * e.n.x;
+        row.normal[i][1] = wv[i] * e.n.y;
+        row.shear[i][0] = wv[i] * e.t.x;
+        row.shear[i][1] = wv[i] * e.t.y;
+        // d gap = n . (dp0 - (1 - a) dp1 - a dp2): exact, the turn of n included.
+        const double at_foot = (1 - a) * we[i] + a * we[3 + i];
+        row.normal[3 + i][0] = -at_foot * e.n.x;
+        row.normal[3 + i][1] = -at_foot * e.n.y;
+        // d slip = t . (dp0 - (1 - b) dp1 - b dp2) + g/L n . (dp2 - dp1), b the anchor.
+        const double at_anchor = (1 - contact->anchor) * we[i] + contact->anchor * we[3 + i];
+        const double turned = turn * (we[3 + i] - we[i]);
+        row.shear[3 + i][0] = -at_anchor * e.t.x + turned * e.n.x;
+        row.shear[3 + i][1] = -at_anchor * e.t.y + turned * e.n.y;
+    }
+    return row;
+}
+
+// --- Law
+// ---------------------------------------------------------------------------------------------------
+
+static double energy_of(const nmm_contact *c, double N, double T) {
+    return 0.5 * N * N / c->normal_stiffness + 0.5 * T * T / c->shear_stiffness;
+}
+
+// Friction without strength.
+static void slide_or_stick(nmm_contact *c, double N, double T, double friction) {
+    c->normal_force = nmm_max(N, 0);
+    c->shear_force = 0;
+    c->mode = NMM_CONTACT_OPEN;
+    if (N <= 0) return;
+    const double limit = friction * N;
+    c->mode = fabs(T) < limit * AT_LIMIT ? NMM_CONTACT_STICK : NMM_CONTACT_SLIDE;
+    c->shear_force = c->mode == NMM_CONTACT_STICK ? T : copysign(limit, T);
+}
+
+static void apply_law(const nmm_interface *law, nmm_contact *c) {
+    const double N = c->carried_normal - c->normal_stiffness * c->gap;
+    const double T = c->carried_shear - c->shear_stiffness * c->slip;
+    if (c->bonded && !c->breaking) {
+        const double pull = law->tensile_strength * c->length;
+        const double shear = law->cohesion * c->length + law->friction * nmm_max(N, 0);
+        if (N >= -pull && fabs(T) <= shear) {
+            c->mode = NMM_CONTACT_STICK;
+            c->normal_force = N;
+            c->shear_force = T;
+            return;
+        }
+        // It gives way once in a try, so that the loop cannot break and mend it in turns.
+        c->breaking = true;
+        c->bond_energy = energy_of(c, nmm_max(N, -pull), nmm_min(fabs(T), shear));
+    }
+    const bool broken = c->broken || c->breaking;
+    slide_or_stick(c, N, T, broken ? law->residual_friction : law->friction);
+}
+
+static void count_change(nmm_contact_verdict *verdict, nmm_contact_mode before,
+                         nmm_contact_mode now) {
+    if (before == now) return;
+    if (now == NMM_CONTACT_OPEN)
+        verdict->n_opened += 1;
+    else if (before == NMM_CONTACT_OPEN)
+        verdict->n_closed += 1;
+    else if (now == NMM_CONTACT_SLIDE)
+        verdict->n_slipped += 1;
+    else
+        verdict->n_stuck += 1;
+}
+
+nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const nmm_model *model,
+                                         nmm_state *state, int n_thread) {
+    nmm_contact_verdict verdict = {.worst = -1, .modes = NMM_HASH_START};
+    const int n = state->n_contact;
+    (void)search;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
+    for (int k = 0; k < n; k++) {
+        nmm_contact *c = &state->contact[k];
+        c->mode_before = c->mode;
+        measure(model, state, c);
+        apply_law(&model->interface[c->interface], c);
+    }
+    double largest = -1;
+    for (int k = 0; k < n; k++) {
+        const nmm_contact *c = &state->contact[k];
+        const unsigned char mode = (unsigned char)c->mode;
+        verdict.modes = nmm_hash(verdict.modes, &mode, 1);
+        if (c->mode != NMM_CONTACT_OPEN) {
+            verdict.penetration = nmm_max(verdict.penetration, -c->gap);
+        }
+        if (c->mode == c->mode_before) continue;
+        count_change(&verdict, c->mode_before, c->mode);
+        const double force = fabs(c->normal_force) + fabs(c->shear_force);
+        if (force > largest) {
+            largest = force;
+            verdict.worst = k;
+        }
+    }
+    return verdict;
+}
+
+bool nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double allowed) {
+    if (!search->options.augmented) return false;
+    bool raised = false;
+    for (int k = 0; k < state->n_contact; k++) {
+        nmm_contact *c = &state->contact[k];
+        if (c->mode == NMM_CONTACT_OPEN) continue;
+        if (fabs(c->gap) > allowed) {
+            c->carried_normal = c->normal_force;
+            raised = true;
+        }
+        if (c->mode == NMM_CONTACT_STICK && fabs(c->slip) > allowed) {
+            c->carried_shear = c->shear_force;
+            raised = true;
+        }
+    }
+    return raised;
+}
+
+// --- Accepted
+// ------------------------------------------------------------------------------------------------
+
+// A sliding contact's anchor follows, so that the spring holds just the limit: no creep afterwards.
+static double commit_slide(nmm_contact *c, double length) {
+    const double T = c->carried_shear - c->shear_stiffness * c->slip;
+    const double slid = (c->shear_force - T) / c->shear_stiffness;
+    c->anchor += (c->slip - (c->carried_shear - c->shear_force) / c->shear_stiffness) / length;
+    c->slip = (c->carried_shear - c->shear_force) / c->shear_stiffness;
+    c->slid += fabs(slid);
+    return fabs(c->shear_force * slid);
+}
+
+// An open contact remembers nothing but where its vertex is.
+static void commit_open(nmm_contact *c, double length) {
+    c->anchor += c->slip / length;
+    c->slip = 0;
+    c->carried_normal = 0;
+    c->carried_shear = 0;
+}
+
+static double stored_in(const nmm_contact_search *search, const nmm_contact *c) {
+    if (c->mode == NMM_CONTACT_OPEN) return 0;
+    if (!search->options.augmented) return energy_of(c, c->normal_force, c->shear_force);
+    const double slip = c->mode == NMM_CONTACT_STICK ? c->slip : 0;
+    return 0.5 * c->normal_stiffness * c->gap * c->gap + 0.5 * c->shear_stiffness * slip * slip;
+}
+
+void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model, nmm_state *state,
+                        nmm_contact_energy *energy) {
+    for (int k = 0; k < state->n_contact; k++) {
+        nmm_contact *c = &state->contact[k];
+        const double length = nmm_edge_line_of(model, state, c->edge).length;
+        if (c->breaking) {
+            c->bonded = false;
+            c->broken = true;
+            c->breaking = false;
+            energy->fracture += nmm_max(0, c->bond_energy - stored_in(search, c));
+        }
+        if (c->mode == NMM_CONTACT_SLIDE) energy->friction += commit_slide(c, length);
+        if (c->mode == NMM_CONTACT_OPEN) commit_open(c, length);
+    }
+    energy->elastic = nmm_contact_stored(search, state);
+}
+
+double nmm_contact_stored(const nmm_contact_search *search, const nmm_state *state) {
+    double sum = 0;
+    for (int k = 0; k < state->n_contact; k++)
+        sum += stored_in(search, &state->contact[k]);
+    return sum;
+}

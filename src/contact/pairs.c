@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+//
+// Pairs of near loop edges by a hashed grid of cells: O(n) in time and memory, however far blocks
+// have flown apart. Pairs are kept until some vertex has moved so far that one could be missing.
+// A pair is taken from the one cell that holds the lower corner of what two boxes share, so it
+// comes once, and the order depends on the edges alone.
+
+#include "search.h"
+
+#include <math.h>
+#include <string.h>
+
+// What the pairs reach beyond the wish, as a part of h: fewer rebuilds against more pairs.
+#define SKIN 0.2
+
+static int cell_of(double x, double size) {
+    const double cell = floor(x / size);
+    return cell > 1e9 ? 1000000000 : cell < -1e9 ? -1000000000 : (int)cell;
+}
+
+static int bucket_of(int ix, int iy, int n_bucket) {
+    const uint32_t hash = (uint32_t)ix * 2654435761u ^ (uint32_t)iy * 2246822519u;
+    return (int)((hash ^ hash >> 15) & (uint32_t)(n_bucket - 1));
+}
+
+// --- Grid
+// ----------------------------------------------------------------------------------------------
+
+static nmm_box box_of_edge(const nmm_model *model, const nmm_state *state, int e, double grow) {
+    const nmm_vec2 p = nmm_vertex_place(model, state, e);
+    const nmm_vec2 q = nmm_vertex_place(model, state, model->vertex_next[e]);
+    return (nmm_box){{nmm_min(p.x, q.x) - grow, nmm_min(p.y, q.y) - grow},
+                     {nmm_max(p.x, q.x) + grow, nmm_max(p.y, q.y) + grow}};
+}
+
+// Counts (fill false) or stores the cells of all edges; bucket_start[b + 1] counts bucket b.
+static void enter_edges(nmm_contact_search *search, int n, double size, bool fill) {
+    for (int e = 0; e < n; e++) {
+        const nmm_box *box = &search->box[e];
+        const int x1 = cell_of(box->high.x, size), y1 = cell_of(box->high.y, size);
+        for (int iy = cell_of(box->low.y, size); iy <= y1; iy++) {
+            for (int ix = cell_of(box->low.x, size); ix <= x1; ix++) {
+                const int b = bucket_of(ix, iy, search->n_bucket);
+                if (fill)
+                    search->cell[search->bucket_start[b]++] = (nmm_cell){e, ix, iy};
+                else
+                    search->bucket_start[b + 1] += 1;
+            }
+        }
+    }
+}
+
+static nmm_status fill_grid(nmm_context *context, nmm_contact_search *search, int n, double size) {
+    int *start = search->bucket_start;
+    const int n_bucket = search->n_bucket;
+    memset(start, 0, ((size_t)n_bucket + 1) * sizeof *start);
+    enter_edges(search, n, size, false);
+    for (int b = 0; b < n_bucket; b++)
+        start[b + 1] += start[b];
+    TRY(nmm_grow(context, &search->cell, &search->cell_capacity, start[n_bucket],
+                 sizeof(nmm_cell)));
+    enter_edges(search, n, size, true);
+    // Filling moved each start to the next one's place.
+    memmove(start + 1, start, (size_t)n_bucket * sizeof *start);
+    start[0] = 0;
+    return NMM_OK;
+}
+
+// --- Pairs
+// -----------------------------------------------------------------------------------------------
+
+static bool boxes_meet(const nmm_box *a, const nmm_box *b) {
+    return a->low.x <= b->high.x && b->low.x <= a->high.x && a->low.y <= b->high.y &&
+           b->low.y <= a->high.y;
+}
+
+// Neighbours of a loop never meet; edges of one block only when they face each other.
+static bool can_meet(const nmm_model *model, const nmm_state *state, int a, int b) {
+    if (model->vertex_next[a] == b || model->vertex_next[b] == a) return false;
+    if (model->vertex_block[a] != model->vertex_block[b]) return true;
+    const nmm_edge_line f = nmm_edge_line_of(model, state, a);
+    const nmm_edge_line e = nmm_edge_line_of(model, state, b);
+    return nmm_vec2_dot(f.t, e.t) < -0.2;
+}
+
+// Pairs of bucket b; stores them when `out` is not NULL. Returns how many.
+static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *model,
+                           const nmm_state *state, int b, nmm_edge_pair *out) {
+    const double size = model->size;
+    int n = 0;
+    for (int i = search->bucket_start[b]; i < search->bucket_start[b + 1]; i++) {
+        const nmm_cell *one = &search->cell[i];
+        const nmm_box *first = &search->box[one->edge];
+        for (int k = i + 1; k < search->bucket_start[b + 1]; k++) {
+            const nmm_cell *two = &search->cell[k];
+            const nmm_box *second = &search->box[two->edge];
+            if (one->ix != two->ix || one->iy != two->iy || !boxes_meet(first, second)) continue;
+            if (cell_of(nmm_max(first->low.x, second->low.x), size) != one->ix) continue;
+            if (cell_of(nmm_max(first->low.y, second->low.y), size) != one->iy) continue;
+            if (!can_meet(model, state, one->edge, two->edge)) continue;
+            if (out != NULL) out[n] = (nmm_edge_pair){one->edge, two->edge};
+            n += 1;
+        }
+    }
+    return n;
+}
+
+static nmm_status find_pairs(nmm_context *context, nmm_contact_search *search,
+                             const nmm_model *model, const nmm_state *state) {
+    const int n = search->n_bucket, n_thread = context->n_thread;
+    int *first = search->bucket_pairs;
+    first[0] = 0;
+#pragma omp parallel for num_threads(n_thread) schedule(dynamic, 256) if (n_thread > 1 && n > 4096)
+    for (int b = 0; b < n; b++)
+        first[b + 1] = pairs_of_bucket(search, model, state, b, NULL);
+    for (int b = 0; b < n; b++)
+        first[b + 1] += first[b];
+    search->n_pair = first[n];
+    TRY(nmm_grow(context, &search->pair, &search->pair_capacity, first[n], sizeof(nmm_edge_pair)));
+#pragma omp parallel for num_threads(n_thread) schedule(dynamic, 256) if (n_thread > 1 && n > 4096)
+    for (int b = 0; b < n; b++) {
+        if (first[b + 1] > first[b]) {
+            pairs_of_bucket(search, model, state, b, search->pair + first[b]);
+        }
+    }
+    return NMM_OK;
+}
+
+static double largest_motion(const nmm_contact_search *search, const nmm_model *model,
+                             const nmm_state *state) {
+    double largest = 0;
+    for (int v = 0; v < model->n_vertex; v++) {
+        const nmm_vec2 p = nmm_vertex_place(model, state, v);
+        const double x = p.x - search->built_at[2 * v], y = p.y - search->built_at[2 * v + 1];
+        largest = nmm_max(largest, x * x + y * y);
+    }
+    return sqrt(largest);
+}
+
+nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
+                            const nmm_model *model, const nmm_state *state, double reach) {
+    if (search->started && reach + 2 * largest_motion(search, model, state) <= search->built_for) {
+        return NMM_OK;
+    }
+    const int n = model->n_vertex, n_thread = context->n_thread;
+    search->built_for = reach + SKIN * model->size;
+    for (int v = 0; v < n; v++) {
+        const nmm_vec2 p = nmm_vertex_place(model, state, v);
+        search->built_at[2 * v] = p.x;
+        search->built_at[2 * v + 1] = p.y;
+    }
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
+    for (int e = 0; e < n; e++) {
+        search->box[e] = box_of_edge(model, state, e, 0.5 * search->built_for);
+    }
+    TRY(fill_grid(context, search, n, model->size));
+    return find_pairs(context, search, model, state);
+}

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+//
+// Inside of the contact floor: pairs of near edges, and raw contacts made from them.
+
+#ifndef NMM_SEARCH_H
+#define NMM_SEARCH_H
+
+#include "contact.h"
+
+/// Lengths as parts of the cover size h.
+#define NMM_SAME 0.01   // ends of edges nearer than this count as one
+#define NMM_CORNER 0.5  // tributary length of a corner
+#define NMM_DEEPEST 0.5 // overlap that is still a contact with history
+/// Sines of angles between edges: blend from edge-edge to corner.
+#define NMM_PARALLEL 0.026 // 1.5 degrees
+#define NMM_SLANTED 0.078  // 4.5 degrees
+
+typedef struct nmm_edge_pair {
+    int a, b; // a < b
+} nmm_edge_pair;
+
+/// A contact before history: `length` is 0 for a corner that still has none.
+typedef struct nmm_raw {
+    int vertex, edge;
+    double length, gap;
+    bool corner;
+} nmm_raw;
+
+/// An entry of the grid: an edge in one of the cells that its box touches.
+typedef struct nmm_cell {
+    int edge, ix, iy;
+} nmm_cell;
+
+enum { NMM_PAIR_CHUNK = 512, NMM_RAW_PER_PAIR = 4 };
+
+struct nmm_contact_search {
+    nmm_contact_options options;
+    bool started;     // the first find is done
+    double built_for; // [m] distance up to which the pairs are complete at built_at
+    double *built_at; // [n_vertex][2] positions when the pairs were made
+
+    int n_pair, pair_capacity;
+    nmm_edge_pair *pair; // near edges
+
+    int n_bucket;      // power of two
+    int *bucket_start; // [n_bucket + 1]
+    int *bucket_pairs; // [n_bucket + 1] first pair found in a bucket
+    nmm_cell *cell;    // entries by bucket
+    int cell_capacity;
+    nmm_box *box; // [n_vertex] of the edges, grown
+
+    int raw_capacity, chunk_capacity;
+    nmm_raw *raw;      // by chunk of pairs
+    int *raw_first;    // [chunks + 1] first place of a chunk in raw
+    int *raw_count;    // [chunks]
+    int *vertex_start; // [n_vertex + 1]
+    int sorted_capacity;
+    nmm_raw *sorted; // by vertex and edge
+    int next_capacity;
+    nmm_contact *next; // the new list
+};
+
+/// Edges as of now.
+typedef struct nmm_edge_line {
+    nmm_vec2 p, q; // ends
+    nmm_vec2 t, n; // unit direction, outward normal
+    double length;
+} nmm_edge_line;
+
+static inline nmm_vec2 nmm_vertex_place(const nmm_model *model, const nmm_state *state, int v) {
+    const double *p = state->position + 2 * (long)model->vertex_point[v];
+    return (nmm_vec2){p[0], p[1]};
+}
+
+nmm_edge_line nmm_edge_line_of(const nmm_model *model, const nmm_state *state, int e);
+
+/// Pairs of edges nearer than `reach`, complete; remade only when needed.
+nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
+                            const nmm_model *model, const nmm_state *state, double reach);
+
+/// Raw contacts of all pairs, sorted by (vertex, edge), lengths added, into search->sorted.
+nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nmm_model *model,
+                      const nmm_state *state, double reach, int *n_raw);
+
+/// The contact (vertex, edge) of the list, or NULL.
+const nmm_contact *nmm_contact_lookup(const nmm_state *state, int vertex, int edge);
+
+#endif
