@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: MIT
+"""Runs an example and checks the numbers that its README promises.
+
+    python3 test_examples.py NMM EXAMPLE_FOLDER [--quick]
+
+The README holds one table whose head is `| run | quantity | expected | source |`:
+
+    run        `as given`, or options of `nmm run` in backquotes
+    quantity   path into the object that `nmm run --json` prints: `monitors.slider.displacement[0]`
+    expected   `3.14 ± 0.01`, `< 1e-3`, `> 2` or a word
+    source     where the number comes from
+
+Each run is also checked for what holds always: it completes, all numbers are finite, the ledger
+closes to 1e-6 of its largest term, nothing that can only be lost is gained. --quick takes a few
+steps of each run, for builds in which every step is slow, and checks only that.
+"""
+
+import json
+import math
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+
+HEAD = "| run | quantity | expected | source |"
+LEDGER = 1e-6  # residual of the energy ledger over its largest term
+PICTURE = 200_000  # bytes
+
+
+def read_table(readme):
+    """Rows of the table as (run, quantity, expected)."""
+    with open(readme, encoding="utf-8") as file:
+        lines = file.read().splitlines()
+    rows = []
+    for line in lines[lines.index(HEAD) + 2:]:
+        if not line.startswith("|"):
+            break
+        run, quantity, expected, source = (c.strip().strip("`") for c in line.strip("|").split("|"))
+        if not source:
+            raise ValueError(f"{readme}: no source for {quantity}")
+        rows.append((run, quantity, expected))
+    return rows
+
+
+def look_up(result, path):
+    for word in re.findall(r"[^.\[\]]+", path):
+        result = result[int(word)] if isinstance(result, list) else result[word]
+    return result
+
+
+def is_met(value, expected):
+    if match := re.fullmatch(r"(\S+) ± (\S+)", expected):
+        return abs(value - float(match[1])) <= float(match[2])
+    if match := re.fullmatch(r"([<>]) (\S+)", expected):
+        return value < float(match[2]) if match[1] == "<" else value > float(match[2])
+    return str(value) == expected
+
+
+def numbers_of(result):
+    """All numbers in a JSON value."""
+    if isinstance(result, dict):
+        result = list(result.values())
+    if isinstance(result, list):
+        for entry in result:
+            yield from numbers_of(entry)
+    elif isinstance(result, (int, float)):
+        yield result
+
+
+def always(result):
+    """What holds for every run; yields (what, is it so?)."""
+    energy = result["energy"]
+    largest = max(abs(v) for v in energy.values())
+    yield "end is completed", result["end"] == "completed"
+    yield "all numbers are finite", all(math.isfinite(v) for v in numbers_of(result))
+    yield (f"ledger residual {energy['residual']:.3g} J of {largest:.3g} J",
+           abs(energy["residual"]) <= LEDGER * largest)
+    for name in ("friction", "fracture", "damping", "numerical"):
+        yield f"{name} {energy[name]:.3g} J is a loss", energy[name] >= -LEDGER * largest
+    yield "penetration is reported", result["max_penetration"] >= 0
+
+
+def refuse(text):
+    raise ValueError(f"{text} is not a number of JSON")
+
+
+def run(program, scene, options, quick):
+    if quick:
+        with open(scene, encoding="utf-8") as file:
+            dt = float(re.search(r"\bdt: ([\d.e+-]+)", file.read())[1])
+        options = options + ["--set", f"time.end={4 * dt}"]
+    with tempfile.TemporaryDirectory() as folder:
+        command = [program, "run", scene, "--json", "-o", os.path.join(folder, "run.vtkhdf")]
+        done = subprocess.run(command + options, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        print(done.stderr, end="")
+    return json.loads(done.stdout, parse_constant=refuse) if done.stdout else None
+
+
+def check(program, folder, quick):
+    table = read_table(os.path.join(folder, "README.md"))
+    failed = 0
+
+    def tell(what, good):
+        nonlocal failed
+        failed += not good
+        print(f"{'ok    ' if good else 'FAILED'} {what}")
+
+    picture = os.path.join(folder, "picture.png")
+    tell("picture is there and small",
+         os.path.exists(picture) and os.path.getsize(picture) < PICTURE)
+    tell("a bound on the penetration is promised",
+         ("as given", "max_penetration") in [row[:2] for row in table])
+    for words in dict.fromkeys(row[0] for row in table):
+        options = [] if words == "as given" else shlex.split(words)
+        result = run(program, os.path.join(folder, "scene.yaml"), options, quick)
+        if result is None:
+            tell(f"{words}: no result", False)
+            continue
+        print(f"\n{words}: {result['unknowns']} unknowns, {result['steps']} steps, "
+              f"{result['wall_seconds']:.1f} s")
+        for what, good in always(result):
+            tell(what, good)
+        for _, quantity, expected in (row for row in table if row[0] == words and not quick):
+            value = look_up(result, quantity)
+            tell(f"{quantity} = {value}, expected {expected}", is_met(value, expected))
+    return failed
+
+
+if __name__ == "__main__":
+    failures = check(sys.argv[1], sys.argv[2], "--quick" in sys.argv[3:])
+    print(f"\n{failures} failed")
+    sys.exit(failures > 0)
