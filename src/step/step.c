@@ -162,11 +162,12 @@ static double shorter(const nmm_sim *sim, double h, nmm_try outcome) {
     return SHORTEN * h;
 }
 
-// Grow slowly, stay below the cap, and do not plan to move further than allowed.
+// Grow slowly, stay below the cap, do not plan to move further than allowed.
 static void plan_next(nmm_sim *sim, double h) {
     double next = nmm_min(GROW * h, sim->settings.dt_max);
     if (h < sim->state.dt) next = nmm_max(next, nmm_min(sim->state.dt, GROW * h));
-    if (sim->report.move > 0.7) next = nmm_min(next, h * 0.9 / sim->report.move);
+    const double velocity = largest_velocity(sim);
+    if (velocity > 0) next = nmm_min(next, 0.8 * sim->allowed / velocity);
     sim->state.dt = nmm_max(next, sim->settings.dt_min);
 }
 
