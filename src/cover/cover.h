@@ -19,6 +19,7 @@ typedef struct nmm_cover_report {
     double trimmed_length;  // [m] in all
     double longest_trimmed; // [m]
     int n_joint_outside;    // joints that do not touch the domain
+    int n_region_outside;   // regions that do not touch the domain
     double smallest_area;   // [m2] smallest element
     double mean_area;       // [m2]
     int smallest_element;

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+//
+// Blocks and physical covers by union-find. Blocks: elements joined across edges that connect.
+// Covers: each element has three slots, one for each node of its triangle; across an edge that
+// connects, slots of the same node are joined. What is left over are the connected pieces of the
+// node's star: a joint that passes through divides them, one that ends inside does not.
+
+#include "cut.h"
+
+static nmm_status make_sets(nmm_cut *cut, int n, int **parent) {
+    TRY(nmm_arena_take(cut->context, &cut->body.arena, parent, (size_t)n, sizeof(int)));
+    for (int i = 0; i < n; i++)
+        (*parent)[i] = i;
+    return NMM_OK;
+}
+
+// Elements on both sides of an edge.
+static void sides_of(const nmm_body *body, int edge, int element[2]) {
+    element[0] = body->element[body->arrangement.face[2 * edge]];
+    element[1] = body->element[body->arrangement.face[2 * edge + 1]];
+}
+
+// --- Blocks
+// ---------------------------------------------------------------------------------------
+
+static nmm_status add_block(nmm_cut *cut) {
+    nmm_draft *draft = &cut->draft;
+    TRY(nmm_grow(cut->context, &draft->block_name, &draft->block_capacity, draft->n_block + 1,
+                 sizeof(char *)));
+    TRY(nmm_grow(cut->context, &draft->block_scene, &draft->scene_capacity, draft->n_block + 1,
+                 sizeof(int)));
+    draft->block_name[draft->n_block] = cut->body.name;
+    draft->block_scene[draft->n_block++] = cut->body.from;
+    return NMM_OK;
+}
+
+// Append the elements, with their blocks, numbered by their first elements.
+static nmm_status add_elements(nmm_cut *cut) {
+    nmm_body *body = &cut->body;
+    nmm_draft *draft = &cut->draft;
+    int *parent = NULL;
+    TRY(make_sets(cut, body->n_element, &parent));
+    for (int e = 0; e < body->arrangement.n_edge; e++) {
+        if (!body->connects[e]) continue;
+        int side[2];
+        sides_of(body, e, side);
+        nmm_set_join(parent, side[0], side[1]);
+    }
+    const int base = draft->n_element;
+    TRY(nmm_grow(cut->context, &draft->element, &draft->element_capacity, base + body->n_element,
+                 sizeof(nmm_draft_element)));
+    for (int k = 0; k < body->n_element; k++) {
+        const int face = body->face_of[k], root = nmm_set_root(parent, k);
+        if (root == k) TRY(add_block(cut));
+        draft->element[base + k] = (nmm_draft_element){
+            .triangle = body->triangle[face],
+            .material = body->material[face],
+            .block = root == k ? draft->n_block - 1 : draft->element[base + root].block,
+        };
+    }
+    draft->n_element = base + body->n_element;
+    return NMM_OK;
+}
+
+// --- Covers
+// ---------------------------------------------------------------------------------------
+
+// Join the slots of two elements that belong to the same node.
+static void join_slots(const nmm_body *body, int *parent, const int side[2]) {
+    nmm_node left[3], right[3];
+    nmm_triangle_nodes(body->triangle[body->face_of[side[0]]], left);
+    nmm_triangle_nodes(body->triangle[body->face_of[side[1]]], right);
+    for (int a = 0; a < 3; a++) {
+        for (int b = 0; b < 3; b++) {
+            const bool same = left[a].i == right[b].i && left[a].j == right[b].j;
+            if (same) nmm_set_join(parent, 3 * side[0] + a, 3 * side[1] + b);
+        }
+    }
+}
+
+// Root slots by row, column and slot: each one is a cover. x = row, y = column * 2^32 + slot.
+static nmm_status list_covers(nmm_cut *cut, int *parent, int *n_cover, nmm_ipoint **cover) {
+    nmm_body *body = &cut->body;
+    nmm_ipoint *list = NULL, *spare = NULL;
+    const size_t most = 3 * (size_t)body->n_element;
+    TRY(nmm_arena_take(cut->context, &body->arena, &list, most, sizeof *list));
+    TRY(nmm_arena_take(cut->context, &body->arena, &spare, most, sizeof *spare));
+    *n_cover = 0;
+    for (int k = 0; k < body->n_element; k++) {
+        nmm_node node[3];
+        nmm_triangle_nodes(body->triangle[body->face_of[k]], node);
+        for (int a = 0; a < 3; a++) {
+            const int slot = 3 * k + a;
+            if (nmm_set_root(parent, slot) != slot) continue;
+            const int64_t packed = node[a].i * (INT64_C(1) << 32) + slot;
+            list[(*n_cover)++] = (nmm_ipoint){node[a].j, packed};
+        }
+    }
+    *cover = nmm_ipoint_sort(*n_cover, list, spare);
+    return NMM_OK;
+}
+
+// The slot that list_covers packed.
+static int slot_of(nmm_ipoint cover) {
+    return (int)(cover.y & INT64_C(0xffffffff));
+}
+
+static nmm_status add_covers(nmm_cut *cut, int base) {
+    nmm_body *body = &cut->body;
+    nmm_draft *draft = &cut->draft;
+    int *parent = NULL, *cover_of = NULL, n_cover = 0;
+    nmm_ipoint *cover = NULL;
+    const int n_slot = 3 * body->n_element;
+    TRY(make_sets(cut, n_slot, &parent));
+    for (int e = 0; e < body->arrangement.n_edge; e++) {
+        if (!body->connects[e]) continue;
+        int side[2];
+        sides_of(body, e, side);
+        join_slots(body, parent, side);
+    }
+    TRY(list_covers(cut, parent, &n_cover, &cover));
+    TRY(nmm_arena_take(cut->context, &body->arena, &cover_of, (size_t)n_slot, sizeof(int)));
+    TRY(nmm_grow(cut->context, &draft->cover, &draft->cover_capacity, draft->n_cover + n_cover,
+                 sizeof(nmm_draft_cover)));
+    for (int c = 0; c < n_cover; c++) {
+        const int slot = slot_of(cover[c]);
+        nmm_node node[3];
+        nmm_triangle_nodes(body->triangle[body->face_of[slot / 3]], node);
+        cover_of[slot] = draft->n_cover + c;
+        draft->cover[draft->n_cover + c] =
+            (nmm_draft_cover){node[slot % 3], draft->element[base + slot / 3].block};
+    }
+    draft->n_cover += n_cover;
+    for (int slot = 0; slot < n_slot; slot++) {
+        draft->element[base + slot / 3].cover[slot % 3] = cover_of[nmm_set_root(parent, slot)];
+    }
+    return NMM_OK;
+}
+
+nmm_status nmm_cut_patches(nmm_cut *cut) {
+    const int base = cut->draft.n_element;
+    TRY(add_elements(cut));
+    return add_covers(cut, base);
+}
