@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT
+//
+// Kernels: the cut domain keeps its area, linear displacements give constant stress on any lattice
+// and any cuts, the stiffness matrix is symmetric and semidefinite with three motions without
+// energy.
+
+#include "run.h"
+
+#include "step.h"
+
+#include "motion.h"
+
+#include <stdlib.h>
+
+// --- Patch test
+// ------------------------------------------------------------------------------------------
+
+// Gradient of the prescribed displacement u = a + b x + c y, v = d + e x + f y.
+static const double slope_of[4] = {2e-3, -1.5e-3, 4e-3, -1e-3}; // b c e f
+
+static nmm_vec2 linear(nmm_vec2 X) {
+    return (nmm_vec2){0.01 + slope_of[0] * X.x + slope_of[1] * X.y,
+                      -0.02 + slope_of[2] * X.x + slope_of[3] * X.y};
+}
+
+// Cauchy stress of plane strain for F = I + slope: turn back, Hooke's law on U - I, turn forth.
+static void exact_stress(double E, double nu, double stress[3]) {
+    const double F[4] = {1 + slope_of[0], slope_of[1], slope_of[2], 1 + slope_of[3]};
+    const double angle = atan2(F[2] - F[1], F[0] + F[3]), c = cos(angle), s = sin(angle);
+    const double exx = c * F[0] + s * F[2] - 1, eyy = -s * F[1] + c * F[3] - 1;
+    const double exy = c * F[1] + s * F[3];
+    const double mu = E / (2 * (1 + nu)), lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
+    const double txx = lambda * (exx + eyy) + 2 * mu * exx;
+    const double tyy = lambda * (exx + eyy) + 2 * mu * eyy, txy = 2 * mu * exy;
+    const double P[4] = {c * txx - s * txy, c * txy - s * tyy, s * txx + c * txy,
+                         s * txy + c * tyy};
+    const double J = F[0] * F[3] - F[1] * F[2];
+    stress[0] = (P[0] * F[0] + P[1] * F[1]) / J;
+    stress[1] = (P[2] * F[2] + P[3] * F[3]) / J;
+    stress[2] = (P[0] * F[2] + P[1] * F[3]) / J;
+}
+
+static void test_patch(void **state) {
+    (void)state;
+    const double size[] = {0.9, 0.5, 0.37, 0.171};
+    double exact[3];
+    exact_stress(1e9, 0.3, exact);
+    for (int k = 0; k < 4; k++) {
+        run r = RUN("patch.yaml", set_text("covers.size=%g", size[k]));
+        motion_give(r.sim, linear);
+        run_to_end(&r);
+        const nmm_view stress = nmm_sim_view(r.sim, "stress");
+        double worst = 0;
+        for (int i = 0; i < 3 * stress.count; i++)
+            worst = fmax(worst, fabs(stress.data[i] - exact[i % 3]) / fabs(exact[0]));
+        row_below(set_text("patch test, size %g, %d elements: stress", size[k], stress.count),
+                  worst, 1e-10);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// --- Cutting
+// -------------------------------------------------------------------------------------------
+
+static void test_cutting(void **state) {
+    (void)state;
+    // Shoelace of patch.yaml's polygon.
+    const double x[] = {0, 2.1, 2.4, 1.1, -0.3}, y[] = {0, -0.2, 1.3, 1.9, 1.2};
+    double area = 0;
+    for (int k = 0; k < 5; k++)
+        area += 0.5 * (x[k] * y[(k + 1) % 5] - x[(k + 1) % 5] * y[k]);
+    const double size[] = {0.9, 0.5, 0.37, 0.171};
+    for (int k = 0; k < 4; k++) {
+        run r = RUN("patch.yaml", set_text("covers.size=%g", size[k]));
+        nmm_check check;
+        assert_int_equal(nmm_sim_check(r.sim, &check), NMM_OK);
+        row_close(set_text("cutting, size %g: sum of element areas", size[k]), area, check.area,
+                  1e-12);
+        row_near(set_text("cutting, size %g: blocks", size[k]), 2, check.blocks, 0);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// --- Stiffness
+// -------------------------------------------------------------------------------------------
+
+// The elastic stiffness at rest as a dense matrix [n][n].
+static double *dense_stiffness(nmm_sim *sim, int n) {
+    const nmm_step_state step = {1e9, 1e9, sim->start_displacement};
+    assert_int_equal(nmm_system_pattern(&sim->context, &sim->system, &sim->model, &sim->state),
+                     NMM_OK);
+    nmm_system_load(&sim->system, &sim->model, 0);
+    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step);
+    nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, step.h);
+    double *K = calloc((size_t)n * (size_t)n, sizeof *K);
+    const nmm_bsr *bsr = &sim->system.K;
+    for (int row = 0; row < bsr->n_row; row++) {
+        for (int k = bsr->row_start[row]; k < bsr->row_start[row + 1]; k++) {
+            for (int x = 0; x < 4; x++) {
+                K[(2 * row + x / 2) * n + 2 * bsr->col[k] + x % 2] = bsr->value[4 * (long)k + x];
+            }
+        }
+    }
+    return K;
+}
+
+// Energy of a motion over sum_i |K_ii| d_i^2.
+static double energy_ratio(const double *K, const double *d, int n) {
+    double energy = 0, scale = 0;
+    for (int i = 0; i < n; i++) {
+        scale += fabs(K[i * n + i]) * d[i] * d[i];
+        for (int j = 0; j < n; j++)
+            energy += d[i] * K[i * n + j] * d[j];
+    }
+    return energy / scale;
+}
+
+// One rotation of Jacobi's method that clears entry (p, q).
+static void rotate(double *A, int n, int p, int q) {
+    const double theta = (A[q * n + q] - A[p * n + p]) / (2 * A[p * n + q]);
+    const double t = copysign(1, theta) / (fabs(theta) + sqrt(theta * theta + 1));
+    const double c = 1 / sqrt(t * t + 1), s = t * c;
+    for (int k = 0; k < n; k++) {
+        const double a = A[k * n + p], b = A[k * n + q];
+        A[k * n + p] = c * a - s * b;
+        A[k * n + q] = s * a + c * b;
+    }
+    for (int k = 0; k < n; k++) {
+        const double a = A[p * n + k], b = A[q * n + k];
+        A[p * n + k] = c * a - s * b;
+        A[q * n + k] = s * a + c * b;
+    }
+}
+
+// Diagonalises the symmetric A.
+static void jacobi(double *A, int n, double scale) {
+    for (int sweep = 0; sweep < 30; sweep++) {
+        double largest = 0;
+        for (int p = 0; p < n; p++) {
+            for (int q = p + 1; q < n; q++) {
+                largest = fmax(largest, fabs(A[p * n + q]));
+                if (fabs(A[p * n + q]) > 1e-15 * scale) rotate(A, n, p, q);
+            }
+        }
+        if (largest <= 1e-15 * scale) return;
+    }
+}
+
+static void test_stiffness(void **state) {
+    (void)state;
+    run r = RUN("plate.yaml");
+    const int n = 2 * r.sim->model.n_cover;
+    double *K = dense_stiffness(r.sim, n), scale = 0, skew = 0;
+    for (int i = 0; i < n * n; i++) {
+        scale = fmax(scale, fabs(K[i]));
+        skew = fmax(skew, fabs(K[i] - K[i % n * n + i / n]));
+    }
+    row_below(set_text("stiffness, %d unknowns: skew part over largest entry", n), skew / scale,
+              1e-14);
+    double *d = calloc(3 * (size_t)n, sizeof *d);
+    for (int i = 0; i < n; i += 2) {
+        d[i] = d[n + i + 1] = 1;
+        d[2 * n + i] = -r.sim->model.cover_place[i + 1];
+        d[2 * n + i + 1] = r.sim->model.cover_place[i];
+    }
+    row_below("stiffness: energy of a move along x", energy_ratio(K, d, n), 1e-12);
+    row_below("stiffness: energy of a move along y", energy_ratio(K, d + n, n), 1e-12);
+    row_below("stiffness: energy of a turn", energy_ratio(K, d + 2 * n, n), 1e-12);
+    jacobi(K, n, scale);
+    double least = 0;
+    int n_zero = 0;
+    for (int i = 0; i < n; i++) {
+        least = fmin(least, K[i * n + i]);
+        n_zero += fabs(K[i * n + i]) < 1e-12 * scale;
+    }
+    row_below("stiffness: most negative eigenvalue over largest entry", least / scale, 1e-14);
+    row_near("stiffness: eigenvalues that vanish", 3, n_zero, 0);
+    free(d);
+    free(K);
+    run_close(&r);
+    rows_end();
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_patch),
+        cmocka_unit_test(test_cutting),
+        cmocka_unit_test(test_stiffness),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

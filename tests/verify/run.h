@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+//
+// Running the scenes of examples/verification and comparing what they give with closed forms.
+// Each comparison prints one row of the table in docs/verification.md:
+//   | case | expected | measured | error | tolerance | ok |
+// and a test ends with rows_end(), which fails when one of its rows did.
+
+#ifndef NMM_VERIFY_RUN_H
+#define NMM_VERIFY_RUN_H
+
+#include "nmm/nmm.h"
+#include "test.h"
+
+#include <stdbool.h>
+
+typedef struct run {
+    nmm_sim *sim;
+    nmm_step_report report; // of the last step
+} run;
+
+/// Open a scene of examples/verification: its name, then overrides, then NULL. A scene that does
+/// not open fails the test with the library's message.
+run run_open(int n_thread, const char *const *scene_and_set);
+#define RUN(...) run_open(1, (const char *const[]){__VA_ARGS__, NULL})
+void run_close(run *r);
+
+/// One step; false when the run is complete. Anything else fails the test.
+bool run_step(run *r);
+/// Steps until `time` or the end.
+void run_until(run *r, double time);
+void run_to_end(run *r);
+
+nmm_reading run_monitor(const run *r, const char *name);
+
+/// An override from a format; kept until 32 more are made.
+const char *set_text(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/// Expected and measured within an absolute tolerance.
+void row_near(const char *name, double expected, double measured, double tolerance);
+/// The same, relative to the expected value.
+void row_close(const char *name, double expected, double measured, double tolerance);
+/// A magnitude that should vanish: |measured| <= limit.
+void row_below(const char *name, double measured, double limit);
+/// Something that must be true, in words.
+void row_true(const char *name, const char *expected, bool measured);
+/// A number without a bound.
+void row_note(const char *name, double measured);
+/// Residual of the energy ledger against its largest term, at most 1e-8.
+void row_ledger(const char *name, const run *r);
+/// Fails the test when a row since the last call did.
+void rows_end(void);
+
+#endif

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+//
+// Sliding and sticking against closed forms: slopes on a grid of friction and angle, push and
+// release, slowing down, a shaking base.
+
+#include "run.h"
+
+#include "step.h"
+
+#define GRAVITY 9.81
+
+static double degrees(double radians) {
+    return radians * 180 / M_PI;
+}
+
+static double radians(double angle) {
+    return angle * M_PI / 180;
+}
+
+static const char *tilt(double angle) {
+    return set_text("gravity=[%.17g, %.17g]", GRAVITY * sin(angle), -GRAVITY * cos(angle));
+}
+
+static const char *friction(double angle) {
+    return set_text("interfaces.contact.friction_angle=%.17g", degrees(angle));
+}
+
+// --- Slope of 30 degrees
+// ---------------------------------------------------------------------------------
+
+static const double incline_way[][2] = {{0, 9.810000},  {5, 8.323444},  {10, 6.813954},
+                                        {15, 5.257163}, {20, 3.625629}, {25, 1.886771},
+                                        {29, 0.391503}};
+
+static void test_incline(void **state) {
+    (void)state;
+    for (int k = 0; k < 7; k++) {
+        const double phi = incline_way[k][0];
+        run r = RUN("incline.yaml", friction(radians(phi)));
+        run_to_end(&r);
+        row_close(set_text("incline 30 deg, phi %g: way at 2 s", phi), incline_way[k][1],
+                  run_monitor(&r, "slider").displacement[0], 1e-3);
+        row_ledger(set_text("incline 30 deg, phi %g", phi), &r);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+static void test_incline_turned(void **state) {
+    (void)state;
+    for (int k = 0; k < 7; k += 2) {
+        const double phi = incline_way[k][0];
+        run r = RUN("incline_turned.yaml", friction(radians(phi)));
+        run_to_end(&r);
+        const double *d = run_monitor(&r, "slider").displacement;
+        const double way = d[0] * cos(radians(30)) - d[1] * sin(radians(30));
+        row_close(set_text("incline 30 deg, turned geometry, phi %g: way at 2 s", phi),
+                  incline_way[k][1], way, 1e-3);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+static void test_incline_coarse(void **state) {
+    (void)state;
+    const char *set[] = {"time.dt=2e-2", "time.dt=1e-3", "contact.penalty=1",
+                         "contact.penalty=1000", "contact.method=augmented"};
+    for (int k = 0; k < 5; k++) {
+        run r = RUN("incline.yaml", set[k]);
+        run_to_end(&r);
+        row_close(set_text("incline 30 deg, phi 20, %s: way at 2 s", set[k]), incline_way[4][1],
+                  run_monitor(&r, "slider").displacement[0], 1e-3);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// --- Threshold
+// -------------------------------------------------------------------------------------------
+
+static void test_threshold_below(void **state) {
+    (void)state;
+    for (int k = 1; k <= 10; k++) {
+        const double phi = atan(0.1 * k), angle = phi - radians(0.5);
+        run r = RUN("incline.yaml", friction(phi), tilt(angle));
+        run_until(&r, 1);
+        const double early = run_monitor(&r, "slider").displacement[0];
+        run_to_end(&r);
+        const double late = run_monitor(&r, "slider").displacement[0];
+        row_below(set_text("threshold, mu %.1f, 0.5 deg below: way at 2 s", 0.1 * k), late, 1e-5);
+        row_below(set_text("threshold, mu %.1f, 0.5 deg below: way from 1 s to 2 s", 0.1 * k),
+                  late - early, 1e-9);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+static void test_threshold_above(void **state) {
+    (void)state;
+    for (int k = 1; k <= 10; k++) {
+        const double phi = atan(0.1 * k), angle = phi + radians(0.5);
+        run r = RUN("incline.yaml", friction(phi), tilt(angle));
+        run_to_end(&r);
+        const double way = 0.5 * GRAVITY * (sin(angle) - cos(angle) * 0.1 * k) * 4;
+        row_close(set_text("threshold, mu %.1f, 0.5 deg above: way at 2 s", 0.1 * k), way,
+                  run_monitor(&r, "slider").displacement[0], 1e-2);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// --- Moving and stopping
+// ---------------------------------------------------------------------------------
+
+static void test_push(void **state) {
+    (void)state;
+    run r = RUN("push.yaml");
+    double furthest = 0;
+    while (run_step(&r))
+        furthest = fmax(furthest, run_monitor(&r, "pushed").displacement[0]);
+    const double last = run_monitor(&r, "pushed").displacement[0];
+    row_close("push and release: way", 0.1, last, 1e-3);
+    row_below("push and release: creep back", furthest - last, 1e-6);
+    row_ledger("push and release", &r);
+    run_close(&r);
+    rows_end();
+}
+
+static void test_slowing(void **state) {
+    (void)state;
+    run r = RUN("slowing.yaml");
+    double stop = 0, before = 5;
+    while (run_step(&r)) {
+        const double speed = run_monitor(&r, "slider").velocity[0];
+        // The speed falls on a straight line: where that meets zero.
+        if (speed > 0.05) stop = r.report.time + speed * r.report.dt / (before - speed);
+        before = speed;
+    }
+    row_close("slowing down: way", 2.548420, run_monitor(&r, "slider").displacement[0], 1e-3);
+    row_close("slowing down: time", 1.019368, stop, 1e-3);
+    row_ledger("slowing down", &r);
+    run_close(&r);
+    rows_end();
+}
+
+// Every closed contact slides.
+static bool slides(const run *r) {
+    const nmm_state *state = &r->sim->state;
+    int n = 0;
+    for (int k = 0; k < state->n_contact; k++) {
+        if (state->contact[k].mode == NMM_CONTACT_STICK) return false;
+        n += state->contact[k].mode == NMM_CONTACT_SLIDE;
+    }
+    return n > 0;
+}
+
+static void test_base_motion(void **state) {
+    (void)state;
+    run r = RUN("base_motion.yaml");
+    double largest = 0, first = -1;
+    bool more = true;
+    while (more) {
+        more = run_step(&r);
+        largest = fmax(largest, fabs(run_monitor(&r, "slider").displacement[0]));
+        if (first < 0 && r.report.time > 0.02 && slides(&r)) first = r.report.time;
+    }
+    row_close("shaking base: largest slip", 0.251355882, largest, 1e-3);
+    row_close("shaking base: slip at 3 s", -0.104949953, run_monitor(&r, "slider").displacement[0],
+              2e-3);
+    row_near("shaking base: first slip (step 1e-3)", 0.065494940, first, 1e-3);
+    row_ledger("shaking base", &r);
+    run_close(&r);
+    rows_end();
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_incline),         cmocka_unit_test(test_incline_turned),
+        cmocka_unit_test(test_incline_coarse),  cmocka_unit_test(test_threshold_below),
+        cmocka_unit_test(test_threshold_above), cmocka_unit_test(test_push),
+        cmocka_unit_test(test_slowing),         cmocka_unit_test(test_base_motion),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
