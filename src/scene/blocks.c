@@ -156,7 +156,6 @@ nmm_status nmm_build_blocks(nmm_builder *b) {
     const raw_area *raw = list->item;
     int total = 0;
     bool good = false;
-    TRY(nmm_build_check_names(b, list, offsetof(raw_area, name)));
     TRY(count_blocks(b, &total, &good));
     if (!good) return NMM_OK;
     TRY(nmm_arena_take(b->reader->context, &scene->arena, &scene->block, (size_t)total,

@@ -89,7 +89,7 @@ static const nmm_object repeat_object =
 
 static const nmm_key block_keys[] = {
     {"name", KEY(raw_area, name), .kind = NMM_VALUE_NAME, .computed = "block 1, block 2, ...",
-     .meaning = "for supports and messages"},
+     .meaning = "for supports and messages; blocks may share a name, as a group"},
     SHAPE_KEYS,
     MATERIAL_KEY,
     {"velocity", KEY(raw_area, velocity), .kind = NMM_VALUE_ROW, .width = 3,

@@ -34,7 +34,7 @@ typedef struct nmm_scene_joint {
 } nmm_scene_joint;
 
 typedef struct nmm_scene_block {
-    const char *name; // repeated blocks share it
+    const char *name; // several blocks may share one, repeated ones do
     nmm_scene_area area;
     double velocity[3]; // [m/s] vx, vy of the centroid; [1/s] spin
 } nmm_scene_block;
