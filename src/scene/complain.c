@@ -173,9 +173,12 @@ static nmm_status print_line(nmm_context *context, const char *line, size_t leng
     const size_t end = bytes_of(line, length, first + LINE_WIDTH);
     const size_t mark = bytes_of(line, length, column - 1);
     TRY(nmm_text_add(context, text, "    %s", begin > 0 ? "..." : ""));
-    for (size_t i = begin; i < end; i++) {
-        const unsigned char c = (unsigned char)line[i];
-        TRY(nmm_text_add(context, text, "%c", (c < 0x20 && c != '\t') || c == 0x7f ? '?' : c));
+    for (size_t i = begin; i < end;) {
+        unsigned code = 0;
+        const int n = nmm_utf8_decode(line + i, length - i, &code);
+        const bool shown = n > 0 && (code >= 0x20 || code == '\t') && code != 0x7f;
+        TRY(nmm_text_add(context, text, "%.*s", shown ? n : 1, shown ? line + i : "?"));
+        i += n > 0 ? (size_t)n : 1;
     }
     TRY(nmm_text_add(context, text, "%s\n    %s", end < length ? "..." : "",
                      begin > 0 ? "   " : ""));

@@ -40,6 +40,9 @@ typedef struct nmm_reader {
     double bare_acceleration; // factor of accelerations without a unit
 } nmm_reader;
 
+/// Bytes of the UTF-8 character at `bytes` and its code; 0: `left` bytes hold none.
+int nmm_utf8_decode(const char *bytes, size_t left, unsigned *code);
+
 // --- Mistakes and notes -------------------------------------------------------------------------
 
 /// Collect a mistake at `mark` (printf format).

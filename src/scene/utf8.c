@@ -8,8 +8,8 @@
 
 #include <string.h>
 
-// Bytes of the character at `text` and its code; 0: not UTF-8.
-static int decode(const unsigned char *text, size_t left, unsigned *code) {
+int nmm_utf8_decode(const char *bytes, size_t left, unsigned *code) {
+    const unsigned char *text = (const unsigned char *)bytes;
     static const unsigned least[5] = {0, 0, 0x80, 0x800, 0x10000};
     const unsigned char c = text[0];
     const int n = c < 0x80 ? 1 : c < 0xc0 ? 0 : c < 0xe0 ? 2 : c < 0xf0 ? 3 : c < 0xf8 ? 4 : 0;
@@ -51,7 +51,7 @@ nmm_status nmm_utf8_check(nmm_reader *reader, const char *text, size_t length, n
     size_t i = length >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
     while (i < length) {
         unsigned code = 0;
-        const int n = decode(byte + i, length - i, &code);
+        const int n = nmm_utf8_decode(text + i, length - i, &code);
         if (n == 0) return complain_byte(reader, mark, byte[i]);
         const char *fault = fault_of(code);
         if (fault != NULL) {
