@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: MIT
+//
+// What is drawn over the blocks: joints that opened or slid, contact forces, supports, loads,
+// monitors; and the legend that explains those that are there.
+
+#include "view.h"
+
+#include <math.h>
+
+static const nmm_colour ink = {0.13, 0.13, 0.15};
+static const nmm_colour open_colour = {0.05, 0.72, 0.95};  // joint that opened
+static const nmm_colour slid_colour = {0.98, 0.45, 0.05};  // joint that slid
+static const nmm_colour force_colour = {0.10, 0.10, 0.12}; // contact force
+static const nmm_colour load_colour = {0.72, 0.05, 0.38};  // load
+static const nmm_colour support_colour = {0.10, 0.42, 0.24};
+
+static void set_colour(cairo_t *cairo, nmm_colour colour) {
+    cairo_set_source_rgb(cairo, colour.r, colour.g, colour.b);
+}
+
+// The path in `colour` on a white line, so that it shows on every ground.
+static void stroke_cased(cairo_t *cairo, nmm_colour colour, double width, double casing) {
+    cairo_set_source_rgba(cairo, 1, 1, 1, 0.85);
+    cairo_set_line_width(cairo, width + 2 * casing);
+    cairo_stroke_preserve(cairo);
+    set_colour(cairo, colour);
+    cairo_set_line_width(cairo, width);
+    cairo_stroke(cairo);
+}
+
+// --- Joints and contacts
+// -------------------------------------------------------------------------
+
+static void draw_joints(const nmm_picture *picture, int state, nmm_colour colour) {
+    const nmm_file_geometry *g = picture->geometry;
+    cairo_t *cairo = picture->cairo;
+    const double u = picture->unit;
+    for (int i = 0; i < g->n_edge; i++) {
+        if (picture->edge_state[i] != state) continue;
+        const double *a = picture->page + 2 * (long)g->edge_point[2 * i];
+        const double *b = picture->page + 2 * (long)g->edge_point[2 * i + 1];
+        cairo_move_to(cairo, a[0], a[1]);
+        cairo_line_to(cairo, b[0], b[1]);
+    }
+    stroke_cased(cairo, colour, (g->n_block > 400 ? 2.2 : 3.6) * u, 0.8 * u);
+}
+
+// Along the force, centred at the contact; length and thickness grow with it.
+static void draw_forces(const nmm_picture *picture) {
+    const nmm_file_frame *frame = &picture->frame;
+    const nmm_file_geometry *g = picture->geometry;
+    const double u = picture->unit, most = picture->force_most;
+    if (!(most > 0)) return;
+    const double longest =
+        nmm_min(100 * u, 0.16 * nmm_min(picture->plot.width, picture->plot.height) + 30 * u);
+    for (int i = 0; i < frame->n_contact; i++) {
+        const nmm_file_contact *c = &frame->contact[i];
+        const double force = hypot(c->force[0], c->force[1]), part = force / most;
+        if (part < 0.02) continue;
+        const double *at = picture->page + 2 * (long)g->edge_point[2 * c->vertex];
+        const double half = 0.5 * longest * part / force;
+        cairo_move_to(picture->cairo, at[0] - half * c->force[0], at[1] + half * c->force[1]);
+        cairo_line_to(picture->cairo, at[0] + half * c->force[0], at[1] - half * c->force[1]);
+        stroke_cased(picture->cairo, force_colour, (1.5 + 4.5 * part) * u, 1.1 * u);
+    }
+}
+
+// --- Supports and loads
+// --------------------------------------------------------------------------
+
+// Page place of a reference place in element e: the shift of the element's nearest corner.
+static nmm_vec2 moved_place(const nmm_picture *picture, int e, double x, double y) {
+    const nmm_file_geometry *g = picture->geometry;
+    long nearest = -1;
+    double least = INFINITY;
+    for (int k = e >= 0 ? g->element_start[e] : 0; e >= 0 && k < g->element_start[e + 1]; k++) {
+        const long p = g->corner_point[k];
+        const double off = hypot(g->point[2 * p] - x, g->point[2 * p + 1] - y);
+        if (off < least) {
+            least = off;
+            nearest = p;
+        }
+    }
+    if (nearest >= 0 && picture->frame.displacement != NULL) {
+        x += picture->scale * picture->frame.displacement[2 * nearest];
+        y += picture->scale * picture->frame.displacement[2 * nearest + 1];
+    }
+    return nmm_layout_place(picture, x, y);
+}
+
+// A triangle whose tip is at `tip`, pointing along (dx, dy); a roller gets a line behind it.
+static void draw_support(cairo_t *cairo, nmm_vec2 tip, double dx, double dy, double size,
+                         bool roller) {
+    const double bx = tip.x - dx * size, by = tip.y - dy * size;
+    const double wx = -dy * size * 0.55, wy = dx * size * 0.55;
+    cairo_move_to(cairo, tip.x, tip.y);
+    cairo_line_to(cairo, bx + wx, by + wy);
+    cairo_line_to(cairo, bx - wx, by - wy);
+    cairo_close_path(cairo);
+    cairo_set_line_width(cairo, 0.12 * size);
+    if (roller)
+        cairo_set_source_rgb(cairo, 1, 1, 1);
+    else
+        set_colour(cairo, support_colour);
+    cairo_fill_preserve(cairo);
+    set_colour(cairo, support_colour);
+    cairo_stroke(cairo);
+    if (!roller) return;
+    cairo_move_to(cairo, bx + wx - dx * size * 0.22, by + wy - dy * size * 0.22);
+    cairo_line_to(cairo, bx - wx - dx * size * 0.22, by - wy - dy * size * 0.22);
+    cairo_stroke(cairo);
+}
+
+// Which way a support points: against its free direction, from the nearer side of the picture.
+static nmm_vec2 support_direction(const nmm_picture *picture, const nmm_support_row *s,
+                                  nmm_vec2 at) {
+    const nmm_rect plot = picture->plot;
+    const bool left = at.x < plot.x + plot.width / 2;
+    if (s->fix_x && !s->fix_y) return (nmm_vec2){left ? 1 : -1, 0};
+    const double low = plot.y + plot.height - at.y,
+                 side = left ? at.x - plot.x : plot.x + plot.width - at.x;
+    // Fixed both ways: at the sides of the scene it points sideways, else up.
+    if (s->fix_x && side < 0.6 * low) return (nmm_vec2){left ? 1 : -1, 0};
+    return (nmm_vec2){0, -1};
+}
+
+// Many supports of a line stand for themselves at some distance only.
+static void draw_supports(const nmm_picture *picture) {
+    const nmm_file_geometry *g = picture->geometry;
+    const double size = 19 * picture->unit, apart = 30 * picture->unit;
+    nmm_vec2 last = {-INFINITY, -INFINITY};
+    for (int i = 0; i < g->n_support; i++) {
+        const nmm_support_row *s = &g->support[i];
+        if (s->held || !(s->fix_x || s->fix_y)) continue;
+        const nmm_vec2 at = moved_place(picture, s->element, s->x, s->y);
+        if (hypot(at.x - last.x, at.y - last.y) < apart) continue;
+        const nmm_vec2 to = support_direction(picture, s, at);
+        draw_support(picture->cairo, at, to.x, to.y, size, !(s->fix_x && s->fix_y));
+        last = at;
+    }
+}
+
+// Blocks held as a whole are hatched.
+static void draw_held(const nmm_picture *picture) {
+    const nmm_file_geometry *g = picture->geometry;
+    const nmm_rect plot = picture->plot;
+    cairo_t *cairo = picture->cairo;
+    bool any = false;
+    cairo_save(cairo);
+    for (int i = 0; i < g->n_support; i++) {
+        if (!g->support[i].held) continue;
+        any = true;
+        for (int e = 0; e < g->n_element; e++) {
+            if (g->element_block[e] != g->support[i].block) continue;
+            for (int k = g->element_start[e]; k < g->element_start[e + 1]; k++) {
+                const double *p = picture->page + 2 * (long)g->corner_point[k];
+                if (k == g->element_start[e])
+                    cairo_move_to(cairo, p[0], p[1]);
+                else
+                    cairo_line_to(cairo, p[0], p[1]);
+            }
+            cairo_close_path(cairo);
+        }
+    }
+    cairo_clip(cairo);
+    const double step = 16 * picture->unit;
+    cairo_set_source_rgba(cairo, support_colour.r, support_colour.g, support_colour.b, 0.75);
+    cairo_set_line_width(cairo, 1.6 * picture->unit);
+    for (double x = -plot.height; any && x < plot.width; x += step) {
+        cairo_move_to(cairo, plot.x + x, plot.y + plot.height);
+        cairo_line_to(cairo, plot.x + x + plot.height, plot.y);
+    }
+    cairo_stroke(cairo);
+    cairo_restore(cairo);
+}
+
+static void draw_arrow(cairo_t *cairo, nmm_vec2 tip, double dx, double dy, double length,
+                       double u) {
+    const double head = nmm_min(13 * u, 0.6 * length);
+    const double bx = tip.x - dx * head, by = tip.y - dy * head;
+    cairo_move_to(cairo, tip.x - dx * length, tip.y - dy * length);
+    cairo_line_to(cairo, bx, by);
+    stroke_cased(cairo, load_colour, 2.6 * u, 0.8 * u);
+    cairo_move_to(cairo, tip.x, tip.y);
+    cairo_line_to(cairo, bx - dy * head * 0.45, by + dx * head * 0.45);
+    cairo_line_to(cairo, bx + dy * head * 0.45, by - dx * head * 0.45);
+    cairo_close_path(cairo);
+    set_colour(cairo, load_colour);
+    cairo_fill(cairo);
+}
+
+static double largest_load(const nmm_file_geometry *g) {
+    double most = 0;
+    for (int i = 0; i < g->n_load; i++)
+        most = nmm_max(most, hypot(g->load[i].fx, g->load[i].fy));
+    return most;
+}
+
+static void draw_loads(const nmm_picture *picture) {
+    const nmm_file_geometry *g = picture->geometry;
+    const double most = largest_load(g), apart = 24 * picture->unit;
+    nmm_vec2 last = {-INFINITY, -INFINITY};
+    for (int i = 0; i < g->n_load && most > 0; i++) {
+        const nmm_load_row *l = &g->load[i];
+        const double force = hypot(l->fx, l->fy);
+        const nmm_vec2 at = moved_place(picture, l->element, l->x, l->y);
+        if (force < 0.02 * most || hypot(at.x - last.x, at.y - last.y) < apart) continue;
+        const double length = (18 + 32 * force / most) * picture->unit;
+        draw_arrow(picture->cairo, at, l->fx / force, -l->fy / force, length, picture->unit);
+        last = at;
+    }
+}
+
+void nmm_draw_marks(const nmm_picture *picture) {
+    draw_held(picture);
+    if (picture->n_open > 0) draw_joints(picture, NMM_EDGE_OPEN, open_colour);
+    if (picture->n_slid > 0) draw_joints(picture, NMM_EDGE_SLID, slid_colour);
+    draw_forces(picture);
+    draw_supports(picture);
+    draw_loads(picture);
+}
+
+// --- Legend
+// --------------------------------------------------------------------------------------
+
+typedef enum symbol { FORCE, OPEN, SLID, SUPPORT, HELD, LOAD } symbol;
+
+static void draw_symbol(const nmm_picture *picture, symbol kind, double x, double y) {
+    cairo_t *cairo = picture->cairo;
+    const double u = picture->unit;
+    cairo_move_to(cairo, x, y);
+    cairo_line_to(cairo, x + 44 * u, y);
+    switch (kind) {
+    case FORCE:
+        stroke_cased(cairo, force_colour, 6 * u, 0);
+        return;
+    case OPEN:
+        stroke_cased(cairo, open_colour, 4 * u, 0);
+        return;
+    case SLID:
+        stroke_cased(cairo, slid_colour, 4 * u, 0);
+        return;
+    case SUPPORT:
+        cairo_new_path(cairo);
+        draw_support(cairo, (nmm_vec2){x + 22 * u, y - 10 * u}, 0, -1, 19 * u, false);
+        return;
+    case HELD:
+        cairo_new_path(cairo);
+        set_colour(cairo, support_colour);
+        cairo_set_line_width(cairo, 1.6 * u);
+        cairo_rectangle(cairo, x + 4 * u, y - 12 * u, 36 * u, 24 * u);
+        for (int i = 0; i < 3; i++) {
+            cairo_move_to(cairo, x + (4 + 12 * i) * u, y + 12 * u);
+            cairo_line_to(cairo, x + (4 + 12 * i + 12) * u, y - 12 * u);
+        }
+        cairo_stroke(cairo);
+        return;
+    case LOAD:
+        cairo_new_path(cairo);
+        draw_arrow(cairo, (nmm_vec2){x + 44 * u, y}, 1, 0, 40 * u, u);
+        return;
+    }
+}
+
+static const char *force_text(char text[96], const char *what, double force) {
+    const double factor = force >= 1e9 ? 1e9 : force >= 1e6 ? 1e6 : force >= 1e3 ? 1e3 : 1;
+    const char *unit = factor == 1e9 ? "GN" : factor == 1e6 ? "MN" : factor == 1e3 ? "kN" : "N";
+    char number[32];
+    const double rounded = force / factor;
+    nmm_tick_text(number, rounded, rounded >= 100 ? 1 : rounded >= 10 ? 0.1 : 0.01);
+    snprintf(text, 96, "%s (largest %s %s)", what, number, unit);
+    return text;
+}
+
+// Is there an entry for the symbol? Then its text.
+static bool legend_text(const nmm_picture *picture, symbol kind, char text[96]) {
+    const nmm_file_geometry *g = picture->geometry;
+    int held = 0;
+    for (int i = 0; i < g->n_support; i++)
+        held += g->support[i].held != 0;
+    switch (kind) {
+    case FORCE:
+        force_text(text, "contact force", picture->force_most);
+        return picture->force_most > 0;
+    case OPEN:
+        snprintf(text, 96, "open joint");
+        return picture->n_open > 0;
+    case SLID:
+        snprintf(text, 96, "slid contact");
+        return picture->n_slid > 0;
+    case SUPPORT:
+        snprintf(text, 96, "support");
+        return g->n_support > held;
+    case HELD:
+        snprintf(text, 96, "held block");
+        return held > 0;
+    case LOAD:
+        force_text(text, "load", largest_load(g));
+        return largest_load(g) > 0;
+    }
+    return false;
+}
+
+int nmm_draw_legend(const nmm_picture *picture, bool draw) {
+    const double u = picture->unit, line = 40 * u;
+    const nmm_rect room = picture->legend;
+    double x = room.x;
+    int lines = 0;
+    char text[96];
+    for (int i = FORCE; i <= LOAD; i++) {
+        if (!legend_text(picture, (enum symbol)i, text)) continue;
+        const double width = 56 * u + nmm_text_width(picture->cairo, text, 24 * u, false) + 40 * u;
+        if (lines == 0) lines = 1;
+        if (x > room.x && x + width - 40 * u > room.x + room.width) {
+            x = room.x;
+            lines += 1;
+        }
+        const double y = room.y + (lines - 1) * line + line / 2;
+        if (draw) {
+            draw_symbol(picture, (enum symbol)i, x, y);
+            set_colour(picture->cairo, ink);
+            nmm_draw_text(picture->cairo, x + 56 * u, y, text,
+                          (nmm_text_style){.size = 24 * u, .across = -1, .up = 1});
+        }
+        x += width;
+    }
+    return lines;
+}

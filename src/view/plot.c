@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+//
+// The picture of one frame: reads it, chooses the field, marks the joints that opened or slid, and
+// hands it to the layout and the drawing.
+
+#include "view.h"
+
+#include <math.h>
+#include <string.h>
+
+nmm_plot_def nmm_default_plot_def(void) {
+    return (nmm_plot_def){.frame = -1};
+}
+
+// --- State of the joints
+// -------------------------------------------------------------------------
+
+// Size of the scene [m]: slips below a part of it are not shown.
+static double scene_side(const nmm_file_geometry *g) {
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (long i = 0; i < 2L * g->n_point; i++) {
+        low[i % 2] = nmm_min(low[i % 2], g->point[i]);
+        high[i % 2] = nmm_max(high[i % 2], g->point[i]);
+    }
+    return g->n_point > 0 ? nmm_max(high[0] - low[0], high[1] - low[1]) : 0;
+}
+
+// What the contacts say of a loop edge.
+typedef struct tally {
+    int face, ends; // closed contacts on it; closed contacts of its two ends
+    bool slid;
+} tally;
+
+static void count_contacts(nmm_picture *picture, const int *edge_before, tally *edge) {
+    const nmm_file_geometry *g = picture->geometry;
+    const nmm_file_frame *frame = &picture->frame;
+    const double least = 5e-5 * scene_side(g);
+    for (int i = 0; i < frame->n_contact; i++) {
+        const nmm_file_contact *c = &frame->contact[i];
+        const double force = hypot(c->force[0], c->force[1]);
+        picture->force_most = nmm_max(picture->force_most, force);
+        if (c->mode == 0) continue;
+        const int before = edge_before[g->edge_point[2 * c->vertex]];
+        edge[c->edge].face += 1;
+        edge[c->edge].slid |= c->slid > least;
+        edge[c->vertex].ends += 1;
+        edge[c->vertex].slid |= c->slid > least;
+        if (before < 0) continue;
+        edge[before].ends += 1;
+        edge[before].slid |= c->slid > least;
+    }
+}
+
+// A joint's edge is open when nothing closed lies on it and at most one of its ends touches. An
+// edge slid when a closed contact of it did, by more than 1/20000 of the scene.
+static void judge_edges(nmm_picture *picture, const tally *edge) {
+    const nmm_file_geometry *g = picture->geometry;
+    for (int i = 0; i < g->n_edge; i++) {
+        const bool closed = edge[i].face > 0 || edge[i].ends > 1;
+        int state = NMM_EDGE_PLAIN;
+        if (closed && edge[i].slid) state = NMM_EDGE_SLID;
+        if (!closed && g->edge_interface[i] >= 0) state = NMM_EDGE_OPEN;
+        picture->edge_state[i] = state;
+        picture->n_open += state == NMM_EDGE_OPEN;
+        picture->n_slid += state == NMM_EDGE_SLID;
+    }
+}
+
+static nmm_status find_edge_states(nmm_picture *picture) {
+    nmm_context *context = nmm_file_context(picture->file);
+    const nmm_file_geometry *g = picture->geometry;
+    int *edge_before = NULL;
+    tally *edge = NULL;
+    if (!picture->frame.has_contact) return NMM_OK;
+    nmm_status status =
+        nmm_allocate(context, &edge_before, (size_t)g->n_point, sizeof *edge_before);
+    if (status == NMM_OK) status = nmm_allocate(context, &edge, (size_t)g->n_edge, sizeof *edge);
+    if (status == NMM_OK) {
+        for (int p = 0; p < g->n_point; p++)
+            edge_before[p] = -1;
+        for (int i = 0; i < g->n_edge; i++)
+            edge_before[g->edge_point[2 * i + 1]] = i;
+        count_contacts(picture, edge_before, edge);
+        judge_edges(picture, edge);
+    }
+    nmm_release(context, &edge);
+    nmm_release(context, &edge_before);
+    return status;
+}
+
+// --- Titles
+// --------------------------------------------------------------------------------------
+
+// Cairo refuses text that is not UTF-8: other bytes become question marks.
+static void clean_text(char *text) {
+    for (unsigned char *c = (unsigned char *)text; *c != 0;) {
+        const int more = *c < 0x80                 ? 0
+                         : *c >= 0xc2 && *c < 0xe0 ? 1
+                         : *c >= 0xe0 && *c < 0xf0 ? 2
+                         : *c >= 0xf0 && *c < 0xf5 ? 3
+                                                   : -1;
+        bool valid = more >= 0 && (*c >= ' ');
+        for (int i = 1; valid && i <= more; i++)
+            valid = (c[i] & 0xc0) == 0x80;
+        // Overlong and surrogate forms.
+        if (valid && more == 2)
+            valid = !(*c == 0xe0 && c[1] < 0xa0) && !(*c == 0xed && c[1] > 0x9f);
+        if (valid && more == 3)
+            valid = !(*c == 0xf0 && c[1] < 0x90) && !(*c == 0xf4 && c[1] > 0x8f);
+        if (!valid) *c = '?';
+        c += valid ? more + 1 : 1;
+    }
+}
+
+static void write_titles(nmm_picture *picture) {
+    const nmm_file_frame *frame = &picture->frame;
+    char time[32], scale[64];
+    snprintf(picture->title, sizeof picture->title, "%.250s", nmm_file_title(picture->file));
+    // A cut in the middle of a character is mended too.
+    clean_text(picture->title);
+    char text[32];
+    snprintf(time, sizeof time, "%s", nmm_tick_text(text, frame->time, 1e-4));
+    // No zeros without meaning.
+    for (size_t n = strlen(time); n > 1 && (time[n - 1] == '0' || time[n - 1] == '.'); n--) {
+        const bool point = time[n - 1] == '.';
+        time[n - 1] = 0;
+        if (point) break;
+    }
+    if (frame->displacement == NULL)
+        snprintf(scale, sizeof scale, "reference shape");
+    else if (picture->scale == 1)
+        snprintf(scale, sizeof scale, "displacements true to scale");
+    else
+        snprintf(scale, sizeof scale, "displacements \xc3\x97 %s",
+                 nmm_number_text(text, picture->scale));
+    snprintf(picture->subtitle, sizeof picture->subtitle,
+             "t = %s s,  frame %d of 0 \xe2\x80\xa6 %d,  %s", time, frame->index,
+             nmm_file_frames(picture->file) - 1, scale);
+}
+
+// --- The picture
+// ---------------------------------------------------------------------------------
+
+static nmm_status draw(nmm_picture *picture, const char *path, const nmm_plot_def *def) {
+    nmm_context *context = nmm_file_context(picture->file);
+    nmm_file *file = picture->file;
+    const int last = nmm_file_frames(file) - 1;
+    const char *field = NULL;
+    nmm_kind kind = NMM_KIND_PNG;
+    TRY(nmm_kind_of(context, path, &kind));
+    const int width = def->width == 0 ? 1600 : def->width;
+    if (width < 200 || width > 16000 || !isfinite(def->scale) || def->scale < 0) {
+        return nmm_fail(context, NMM_ERROR_ARGUMENT,
+                        "plot: width must be 200 to 16000 and scale at least 0");
+    }
+    TRY(nmm_file_frame_read(file, def->frame < 0 ? last : def->frame, &picture->frame));
+    TRY(nmm_file_geometry_read(file, &picture->geometry));
+    const nmm_file_geometry *g = picture->geometry;
+    picture->scale = def->scale > 0 ? def->scale : 1;
+    TRY(nmm_allocate(context, &picture->page, (size_t)g->n_point * 2, sizeof *picture->page));
+    TRY(nmm_allocate(context, &picture->edge_state, (size_t)g->n_edge,
+                     sizeof *picture->edge_state));
+    TRY(find_edge_states(picture));
+    TRY(nmm_shade_name(file, &picture->frame, g, def->field, &field));
+    TRY(nmm_shade_make(file, &picture->frame, g, field, &picture->shade));
+    write_titles(picture);
+    return nmm_surface_write(picture, path, kind, width);
+}
+
+nmm_status nmm_file_plot(nmm_file *file, const char *path, const nmm_plot_def *def) {
+    nmm_context *context = nmm_file_context(file);
+    nmm_picture picture = {.file = file};
+    const nmm_status status = draw(&picture, path, def);
+    nmm_file_frame_destroy(file, &picture.frame);
+    nmm_release(context, &picture.page);
+    nmm_release(context, &picture.edge_state);
+    nmm_release(context, &picture.shade.value);
+    nmm_release(context, &picture.shade.slope);
+    return status;
+}

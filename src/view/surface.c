@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+//
+// PNG, SVG and PDF from one drawing. The picture is laid out on a surface that only measures text,
+// then drawn on one of the right size, whose bytes go into a temporary that takes the picture's
+// name when it is whole.
+//
+// Vector pages are 160 mm wide at the default width, a text column of a paper.
+
+#include "view.h"
+
+#include <cairo-pdf.h>
+#include <cairo-svg.h>
+#include <string.h>
+#include <strings.h>
+
+// Points of a page unit: 160 mm for 1600 units.
+#define POINTS (160 / 25.4 * 72 / 1600)
+
+nmm_status nmm_kind_of(nmm_context *context, const char *path, nmm_kind *kind) {
+    static const char *const ending[3] = {".png", ".svg", ".pdf"};
+    const size_t length = strlen(path);
+    for (int i = 0; i < 3; i++) {
+        if (length < 4 || strcasecmp(path + length - 4, ending[i]) != 0) continue;
+        *kind = (nmm_kind)i;
+        return NMM_OK;
+    }
+    return nmm_fail(context, NMM_ERROR_ARGUMENT, "%s: a picture's name ends in .png, .svg or .pdf",
+                    path);
+}
+
+static cairo_status_t write_bytes(void *user, const unsigned char *bytes, unsigned size) {
+    nmm_replacement *file = user;
+    nmm_replacement_write(file, bytes, size);
+    return file->error != 0 ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_SUCCESS;
+}
+
+static cairo_surface_t *create_surface(const nmm_picture *picture, nmm_kind kind,
+                                       nmm_replacement *file) {
+    const double width = picture->width, height = picture->height;
+    cairo_surface_t *surface = NULL;
+    switch (kind) {
+    case NMM_KIND_PNG:
+        return cairo_image_surface_create(CAIRO_FORMAT_RGB24, (int)width, (int)(height + 0.5));
+    case NMM_KIND_SVG:
+        return cairo_svg_surface_create_for_stream(write_bytes, file, width * POINTS,
+                                                   height * POINTS);
+    case NMM_KIND_PDF:
+        surface =
+            cairo_pdf_surface_create_for_stream(write_bytes, file, width * POINTS, height * POINTS);
+        // The same picture is the same file, whenever it is made.
+        cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATE_DATE,
+                                       "2000-01-01T00:00:00Z");
+        return surface;
+    }
+    return NULL;
+}
+
+static nmm_status fail_cairo(nmm_picture *picture, cairo_status_t status) {
+    const nmm_status kind = status == CAIRO_STATUS_NO_MEMORY ? NMM_ERROR_MEMORY : NMM_ERROR_FILE;
+    return nmm_fail(nmm_file_context(picture->file), kind, "cannot draw the picture: %s",
+                    cairo_status_to_string(status));
+}
+
+// Text is measured on a surface of the same kind of scaling, without output.
+static nmm_status lay_out(nmm_picture *picture, double width) {
+    cairo_surface_t *surface = cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1);
+    picture->cairo = cairo_create(surface);
+    cairo_font_options_t *options = cairo_font_options_create();
+    cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
+    cairo_set_font_options(picture->cairo, options);
+    cairo_font_options_destroy(options);
+    nmm_layout_make(picture, width);
+    nmm_shade_slopes(&picture->frame, picture->geometry, picture->page, &picture->shade);
+    const cairo_status_t status = cairo_status(picture->cairo);
+    cairo_destroy(picture->cairo);
+    cairo_surface_destroy(surface);
+    picture->cairo = NULL;
+    return status == CAIRO_STATUS_SUCCESS ? NMM_OK : fail_cairo(picture, status);
+}
+
+static cairo_status_t draw(nmm_picture *picture, nmm_kind kind, nmm_replacement *file) {
+    cairo_surface_t *surface = create_surface(picture, kind, file);
+    picture->cairo = cairo_create(surface);
+    cairo_font_options_t *options = cairo_font_options_create();
+    cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
+    cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
+    cairo_set_font_options(picture->cairo, options);
+    cairo_font_options_destroy(options);
+    if (kind != NMM_KIND_PNG) cairo_scale(picture->cairo, POINTS, POINTS);
+    nmm_draw_page(picture);
+    cairo_status_t status = cairo_status(picture->cairo);
+    cairo_destroy(picture->cairo);
+    picture->cairo = NULL;
+    if (status == CAIRO_STATUS_SUCCESS && kind == NMM_KIND_PNG)
+        status = cairo_surface_write_to_png_stream(surface, write_bytes, file);
+    cairo_surface_finish(surface);
+    if (status == CAIRO_STATUS_SUCCESS) status = cairo_surface_status(surface);
+    cairo_surface_destroy(surface);
+    return status;
+}
+
+nmm_status nmm_surface_write(nmm_picture *picture, const char *path, nmm_kind kind, double width) {
+    nmm_replacement file = {0};
+    TRY(lay_out(picture, width));
+    nmm_status status = nmm_replacement_open(nmm_file_context(picture->file), &file, path);
+    if (status == NMM_OK) {
+        const cairo_status_t drawn = draw(picture, kind, &file);
+        // A failed write is told by the commit, with the system's reason.
+        if (drawn != CAIRO_STATUS_SUCCESS && file.error == 0) status = fail_cairo(picture, drawn);
+    }
+    if (status == NMM_OK) status = nmm_replacement_commit(&file);
+    nmm_replacement_drop(&file);
+    return status;
+}
