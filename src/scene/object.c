@@ -121,6 +121,7 @@ static nmm_status complain_unknown(nmm_reader *reader, const nmm_object *object,
 
 static bool in_list(const char *list, const char *word) {
     const size_t length = strlen(word);
+    if (length == 0) return false;
     for (const char *p = strstr(list, word); p != NULL; p = strstr(p + 1, word)) {
         const bool begins = p == list || p[-1] == ' ';
         if (begins && (p[length] == ' ' || p[length] == 0)) return true;
