@@ -121,7 +121,9 @@ static bool crosses_later(nmm_ipoint p, nmm_ipoint q, nmm_ipoint r, nmm_ipoint s
     const nmm_int128 height_p = q.y - p.y, height_r = s.y - r.y;
     const nmm_int128 left = (nmm_int128)p.x * height_p + (nmm_int128)(y - p.y) * (q.x - p.x);
     const nmm_int128 right = (nmm_int128)r.x * height_r + (nmm_int128)(y - r.y) * (s.x - r.x);
-    return left * height_r > right * height_p;
+    if (left * height_r != right * height_p) return left * height_r > right * height_p;
+    // They meet on the ray: the order just above it counts, as for edges that start there.
+    return (q.x - p.x) * height_r > (s.x - r.x) * height_p;
 }
 
 // Let the ray meet edge e.
