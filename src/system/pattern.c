@@ -222,7 +222,7 @@ static int gather_pairs(nmm_system *system, const nmm_model *model, const nmm_st
             system->pair[n++] = (nmm_pair){cover[i / 6], cover[i % 6]};
         }
     }
-    qsort(system->pair, (size_t)n, sizeof(nmm_pair), compare_pair);
+    if (n > 1) qsort(system->pair, (size_t)n, sizeof(nmm_pair), compare_pair);
     int kept = 0;
     for (int i = 0; i < n; i++) {
         if (i == 0 || compare_pair(&system->pair[i], &system->pair[i - 1]) != 0) {
