@@ -309,7 +309,7 @@ class Endings(Case):
     def start_long(self, *words):
         process = self.start("run", "fall.yaml", "--set", "time.end=1e4", *words)
         for _ in range(600):
-            if os.path.exists(self.at("fall.vtkhdf")):
+            if os.path.exists(self.at("fall.vtkhdf")) or process.poll() is not None:
                 break
             time.sleep(0.05)
         time.sleep(0.3)
