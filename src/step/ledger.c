@@ -45,7 +45,7 @@ static element_sums sum_element(const nmm_sim *sim, int e, double h) {
         const int k = 2 * model->element_cover[3 * e + i / 2] + i % 2;
         d[i] = sim->state.displacement[k];
         v[i] = sim->state.velocity[k];
-        way[i] = d[i] - sim->start_displacement[k];
+        way[i] = sim->moved[k];
         end[i] = h > 0 ? 2 * way[i] / h - sim->start_velocity[k] : 0;
         rate[i] = h > 0 ? (end[i] - sim->start_velocity[k]) / h : 0;
     }
@@ -87,11 +87,6 @@ static element_sums sum_elements(const nmm_sim *sim, double h) {
 // --- Supports, contacts, loads
 // ------------------------------------------------------------------------
 
-// Displacement of the step.
-static double moved(const nmm_sim *sim, int i) {
-    return sim->state.displacement[i] - sim->start_displacement[i];
-}
-
 // Energy in the springs of supports.
 static double support_energy(const nmm_sim *sim) {
     double sum = 0;
@@ -111,7 +106,7 @@ double nmm_ledger_contact_work(const nmm_sim *sim) {
         for (int i = 0; i < 12; i++) {
             const double force = contact->normal_force * row->normal[i / 2][i % 2] +
                                  contact->shear_force * row->shear[i / 2][i % 2];
-            sum += force * moved(sim, 2 * row->cover[i / 2] + i % 2);
+            sum += force * sim->moved[2 * row->cover[i / 2] + i % 2];
         }
     }
     return sum;
@@ -139,8 +134,8 @@ static double support_work(const nmm_sim *sim, double h, double *put_in) {
         nmm_vec2 way = {0, 0};
         for (int i = 0; i < 3; i++) {
             const int c = model->element_cover[3 * support->element + i];
-            way.x += support->weight[i] * moved(sim, 2 * c);
-            way.y += support->weight[i] * moved(sim, 2 * c + 1);
+            way.x += support->weight[i] * sim->moved[2 * c];
+            way.y += support->weight[i] * sim->moved[2 * c + 1];
         }
         sum += nmm_vec2_dot(reaction, way);
         *put_in += nmm_vec2_dot(reaction, history_change(sim, support->history, h));
@@ -154,7 +149,7 @@ static double load_work(const nmm_sim *sim) {
     double sum = 0;
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
         const double held = system->reaction != NULL ? system->reaction[i] : 0;
-        sum += (system->load[i] + held) * moved(sim, i);
+        sum += (system->load[i] + held) * sim->moved[i];
     }
     return sum;
 }

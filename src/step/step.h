@@ -42,6 +42,9 @@ struct nmm_sim {
     double allowed;                 // [m] largest displacement of any step
     double allowed_now;             // [m] of this step: contacts are listed for no more
 
+    // Displacement of the step by itself: end minus start would lose its digits in short steps.
+    double *moved; // [n_cover][2]
+
     // The state at the start of the step, to go back to.
     double *start_displacement, *start_velocity; // [n_cover][2]
     double *start_position;                      // [n_point][2]

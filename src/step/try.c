@@ -6,6 +6,7 @@
 
 #include "step.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -24,6 +25,13 @@ static void restore_start(nmm_sim *sim) {
     if (state->n_contact > 0) {
         memcpy(state->contact, sim->start_contact, (size_t)state->n_contact * sizeof(nmm_contact));
     }
+}
+
+// Held covers go where they are prescribed; the others have not moved yet.
+static void begin_move(nmm_sim *sim, double end) {
+    nmm_system_hold(&sim->model, &sim->state, end);
+    for (int i = 0; i < 2 * sim->model.n_cover; i++)
+        sim->moved[i] = sim->state.displacement[i] - sim->start_displacement[i];
 }
 
 static nmm_contact_verdict evaluate_contacts(nmm_sim *sim) {
@@ -46,7 +54,31 @@ static nmm_status open_solver(nmm_sim *sim) {
     return sim->backend->open(&sim->context, &sim->solver, sim->solver_rows, sim->solver_blocks);
 }
 
-static nmm_solve_options solve_options(const nmm_sim *sim) {
+// Norm of the unbalanced forces at which a step is settled, eq. (4.5): the tolerance asked for, or
+// what rounding leaves where the forces themselves vanish next to those that make them up.
+static double unbalance_allowed(const nmm_sim *sim, double h) {
+    const nmm_bsr *K = &sim->system.K;
+    double sum = 0;
+    for (int c = 0; c < K->n_row; c++) {
+        const double *block = K->value + 4 * (long)K->diagonal[c];
+        const double *d = sim->state.displacement + 2 * (long)c;
+        const double *v = sim->start_velocity + 2 * (long)c;
+        const double inertia = 2 * sim->system.cover_mass[c] / h;
+        const double x = block[0] * fabs(d[0]) + inertia * fabs(v[0]);
+        const double y = block[3] * fabs(d[1]) + inertia * fabs(v[1]);
+        sum += x * x + y * y;
+    }
+    // A gap is a difference of places.
+    for (int k = 0; k < sim->state.n_contact; k++) {
+        const nmm_contact *contact = &sim->state.contact[k];
+        if (contact->mode == NMM_CONTACT_OPEN) continue;
+        const double place = contact->normal_stiffness * sim->model.height;
+        sum += place * place;
+    }
+    return sim->settings.tolerance * sim->system.force_scale + DBL_EPSILON * sqrt(sum);
+}
+
+static nmm_solve_options solve_options(const nmm_sim *sim, double h) {
     const nmm_scene_settings *settings = &sim->settings;
     static const nmm_solve_method method[] = {
         [NMM_METHOD_AUTO] = NMM_SOLVE_AUTO,
@@ -59,7 +91,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim) {
         .method = method[settings->method],
         .tolerance = settings->solver_tolerance,
         // Later passes solve for small corrections: no need to go far below the balance asked for.
-        .absolute = 0.2 * settings->tolerance * sim->system.force_scale,
+        .absolute = 0.2 * unbalance_allowed(sim, h),
         .stop_average_change = settings->stop == NMM_STOP_AVERAGE_CHANGE,
         .jacobi_damping = settings->jacobi_damping,
         .sor_factor = settings->sor_factor,
@@ -86,7 +118,7 @@ static nmm_status solve_pass(nmm_sim *sim, double h, int pass, nmm_solve_report 
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     TRY(open_solver(sim));
     guess_change(sim, h, pass);
-    const nmm_solve_options options = solve_options(sim);
+    const nmm_solve_options options = solve_options(sim, h);
     TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
                             system->change, system->keep_pattern, &options, report));
     system->keep_pattern = true;
@@ -101,7 +133,8 @@ static nmm_status solve_pass(nmm_sim *sim, double h, int pass, nmm_solve_report 
 
 static void apply_change(nmm_sim *sim) {
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
-        sim->state.displacement[i] += sim->system.change[i];
+        sim->moved[i] += sim->system.change[i];
+        sim->state.displacement[i] = sim->start_displacement[i] + sim->moved[i];
     }
 }
 
@@ -121,10 +154,10 @@ static double largest_move(const nmm_sim *sim) {
 // --- When is it settled?
 // ------------------------------------------------------------------------------
 
-static bool forces_balance(const nmm_sim *sim) {
+static bool forces_balance(const nmm_sim *sim, double h) {
     const double *r = sim->system.residual;
     const double norm = sqrt(nmm_sum_product(2 * sim->model.n_cover, r, r, sim->context.n_thread));
-    return norm <= sim->settings.tolerance * sim->system.force_scale;
+    return norm <= unbalance_allowed(sim, h);
 }
 
 static int count_flips(const nmm_contact_verdict *verdict) {
@@ -200,12 +233,12 @@ typedef struct passes {
 // What to do after a residual.
 typedef enum judgement { SOLVE_ON, RESIDUAL_AGAIN, TRY_ENDED } judgement;
 
-static judgement judge_pass(nmm_sim *sim, passes *p, double end, nmm_try *outcome) {
+static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
     if (p->n == 0) return SOLVE_ON;
     const bool quiet = count_flips(&p->verdict) == 0;
-    if (quiet && forces_balance(sim)) {
+    if (quiet && forces_balance(sim, step->h)) {
         *outcome = NMM_TRY_SETTLED;
-        if (p->raised >= NMM_MAX_RAISE || !raise_carried(sim, end)) return TRY_ENDED;
+        if (p->raised >= NMM_MAX_RAISE || !raise_carried(sim, step->end)) return TRY_ENDED;
         p->raised += 1;
         p->n = 1; // the count of passes is for one set of carried forces
         return RESIDUAL_AGAIN;
@@ -246,18 +279,18 @@ static nmm_status correct(nmm_sim *sim, passes *p, double h, nmm_try *outcome) {
 }
 
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
-    const nmm_step_state step = {h, sim->state.time + h, sim->start_displacement};
+    const nmm_step_state step = {h, sim->state.time + h, sim->moved};
     passes p = {0};
     sim->report.passes = 0;
     *outcome = NMM_TRY_SETTLED;
     restore_start(sim);
-    nmm_system_hold(&sim->model, &sim->state, step.end);
+    begin_move(sim, step.end);
     nmm_system_load(&sim->system, &sim->model, step.end);
     evaluate_contacts(sim);
     while (*outcome == NMM_TRY_SETTLED) {
         nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
         nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step);
-        const judgement judged = judge_pass(sim, &p, step.end, outcome);
+        const judgement judged = judge_pass(sim, &p, &step, outcome);
         nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
         if (judged == TRY_ENDED) return NMM_OK;
         if (judged == SOLVE_ON) TRY(correct(sim, &p, h, outcome));

@@ -96,8 +96,7 @@ static void acceleration_pass(nmm_system *system, const nmm_model *model, const 
                               const nmm_step_state *step) {
     const double h = step->h, alpha = system->damping;
     for (int i = 0; i < 2 * model->n_cover; i++) {
-        const double end_velocity =
-            2 * (state->displacement[i] - step->start[i]) / h - state->velocity[i];
+        const double end_velocity = 2 * step->moved[i] / h - state->velocity[i];
         system->acceleration[i] = (end_velocity - state->velocity[i]) / h + alpha * end_velocity;
     }
 }

@@ -57,7 +57,7 @@ typedef struct nmm_system {
 typedef struct nmm_step_state {
     double h;            // [s]
     double end;          // [s] time at its end
-    const double *start; // [n_cover][2] displacement at its start
+    const double *moved; // [n_cover][2] displacement of the step
 } nmm_step_state;
 
 nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
