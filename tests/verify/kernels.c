@@ -88,7 +88,7 @@ static void test_cutting(void **state) {
 
 // The elastic stiffness at rest as a dense matrix [n][n].
 static double *dense_stiffness(nmm_sim *sim, int n) {
-    const nmm_step_state step = {1e9, 1e9, sim->start_displacement};
+    const nmm_step_state step = {1e9, 1e9, sim->moved};
     assert_int_equal(nmm_system_pattern(&sim->context, &sim->system, &sim->model, &sim->state),
                      NMM_OK);
     nmm_system_load(&sim->system, &sim->model, 0);
