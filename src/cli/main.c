@@ -125,5 +125,7 @@ int main(int n_argument, char **argument) {
         message_error("standard output could not be written");
         return EXIT_SYSTEM;
     }
+    // HDF5 1.10 crashes on its way out when a file could not be closed for want of space.
+    if (status == EXIT_SYSTEM) _Exit(status);
     return status;
 }

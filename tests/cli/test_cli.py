@@ -271,13 +271,19 @@ class Results(Case):
         self.assertEqual(os.listdir(self.folder), ["fall.yaml"])
 
     def test_check_warns(self):
-        joint = "joints:\n  - {polyline: [[5, 5], [6, 6]]}\n"
-        self.write("fall.yaml", FALL + joint)
-        _, err = self.expect(0, "check", "fall.yaml")
-        self.assertRegex(err, "warning: .*outside")
-        result = strict_json(self.expect(0, "check", "fall.yaml", "--json")[0])
-        self.assertEqual(result["joints_outside"], 1)
+        start = FALL.index("blocks:"), FALL.index("materials:")
+        self.write("fall.yaml", FALL[:start[0]] + """domain:
+  - {polygon: [[0, 0], [1, 0], [1, 1], [0, 1]], material: rock}
+joints:
+  - {polyline: [[-1, 0.3], [0.6, 0.37]]}
+""" + FALL[start[1]:])
+        size = ["--set", "covers.size=0.25"]
+        _, err = self.expect(0, "check", "fall.yaml", *size)
+        self.assertRegex(err, "warning: 1 joint ends were cut back")
+        result = strict_json(self.expect(0, "check", "fall.yaml", "--json", *size)[0])
+        self.assertEqual(result["trimmed_joint_ends"], 1)
         self.assertEqual(len(result["warnings"]), 1)
+        self.expect(0, "run", "fall.yaml", *size, err="warning: 1 joint ends")
 
     def test_threads_do_not_change_a_bit(self):
         hashes = {strict_json(self.expect(0, "run", "fall.yaml", "--json", "-t", n)[0])["state_hash"]
