@@ -63,6 +63,16 @@ static double largest_velocity(const nmm_sim *sim) {
     return sqrt(largest);
 }
 
+// A soft interface may overlap further than anything moves in a step: its contacts must be found.
+static double deepest_overlap(const nmm_sim *sim) {
+    double deepest = 0;
+    for (int k = 0; k < sim->state.n_contact; k++) {
+        const nmm_contact *contact = &sim->state.contact[k];
+        if (contact->mode != NMM_CONTACT_OPEN) deepest = nmm_max(deepest, -contact->gap);
+    }
+    return deepest;
+}
+
 // Contacts of the step, their history and the pattern that follows. Contacts are listed for what
 // can move in this step, not for the most that any step may move: fewer open ones.
 static nmm_status find_contacts(nmm_sim *sim, double h) {
@@ -71,7 +81,7 @@ static nmm_status find_contacts(nmm_sim *sim, double h) {
         const double expected = 1.5 * h * largest_velocity(sim) + 0.02 * sim->model.size;
         sim->allowed_now = nmm_min(sim->allowed, expected);
         TRY(nmm_contact_find(&sim->context, sim->search, &sim->model, &sim->state,
-                             2 * sim->allowed_now));
+                             2 * sim->allowed_now + deepest_overlap(sim)));
         if (sim->state.step == 0) {
             sim->contact_energy.elastic = nmm_contact_stored(sim->search, &sim->state);
         }
