@@ -54,8 +54,8 @@ static nmm_status check_presence(nmm_builder *b) {
     if (!domain && raw_good(head, "blocks") && b->raw->blocks.n == 0)
         TRY(nmm_complain(b->reader, raw_mark(head, "blocks"), "blocks is empty"));
     for (size_t i = 0; i < sizeof part / sizeof *part && !domain; i++) {
-        if (raw_given(head, part[i]))
-            TRY(nmm_complain(b->reader, nmm_node_find(head->node, part[i])->key_mark,
+        if (nmm_node_find(head->node, part[i]) != NULL)
+            TRY(nmm_complain(b->reader, raw_key_mark(head, part[i]),
                              "%s without a domain; they cut the domain, and there is none",
                              part[i]));
     }

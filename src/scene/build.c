@@ -84,7 +84,7 @@ static nmm_status check_initial(nmm_builder *b, const raw_head *head, bool gravi
     for (int i = 0; i < 5; i++) {
         const bool belongs = gravity ? i < 2 : i >= 2;
         if (belongs || !raw_given(head, key[i])) continue;
-        TRY(nmm_complain(b->reader, nmm_node_find(head->node, key[i])->key_mark,
+        TRY(nmm_complain(b->reader, raw_key_mark(head, key[i]),
                          "'%s' belongs to kind: %s, but kind is %s", key[i],
                          gravity ? "uniform" : "gravity", gravity ? "gravity" : "uniform"));
     }

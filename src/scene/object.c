@@ -34,6 +34,11 @@ nmm_mark raw_mark(const raw_head *head, const char *key) {
     return head->node != NULL ? head->node->mark : (nmm_mark){0};
 }
 
+nmm_mark raw_key_mark(const raw_head *head, const char *key) {
+    const nmm_node *node = nmm_node_find(head->node, key);
+    return node != NULL ? node->key_mark : head->node->mark;
+}
+
 static void *at(raw_head *head, const nmm_key *key) {
     return (char *)head + key->offset;
 }
@@ -103,8 +108,9 @@ static nmm_status set_defaults(nmm_reader *reader, raw_head *head) {
 
 // --- Keys ---------------------------------------------------------------------------------------
 
-static nmm_status complain_unknown(nmm_reader *reader, const nmm_object *object,
-                                   const nmm_node *node) {
+// A misspelt key counts as given, so that it is not called missing too.
+static nmm_status complain_unknown(nmm_reader *reader, raw_head *head, const nmm_node *node) {
+    const nmm_object *object = head->object;
     const char *candidate[64];
     char list[400] = "";
     int n = 0;
@@ -114,6 +120,8 @@ static nmm_status complain_unknown(nmm_reader *reader, const nmm_object *object,
         snprintf(list + used, sizeof list - used, "%s%s", n > 0 ? ", " : "", object->key[k].name);
         candidate[n++] = object->key[k].name;
     }
+    const char *nearest = nmm_nearest(node->key, n, candidate);
+    if (nearest != NULL) head->given |= bit_of(head, nearest);
     return nmm_complain(reader, node->key_mark, "unknown key '%s'%s; allowed in %s: %s",
                         nmm_excerpt_of(node->key).text, nmm_hint(node->key, n, candidate).text,
                         object->name, list);
@@ -139,6 +147,10 @@ static nmm_status check_one_of(nmm_reader *reader, const raw_head *head) {
         n += 1;
         if (n == 1) first = entry->key;
         if (n == 2) second = entry;
+    }
+    for (int k = 0; k < head->object->n_key && n == 0; k++) {
+        const bool given = (head->given & (UINT64_C(1) << k)) != 0;
+        if (given && in_list(head->object->one_of, head->object->key[k].name)) return NMM_OK;
     }
     if (n == 0)
         return nmm_complain(reader, head->node->mark, "%s entry needs one of: %s",
@@ -214,7 +226,7 @@ static nmm_status read_key(nmm_reader *reader, const nmm_key *key, const nmm_nod
 
 static nmm_status read_entry(nmm_reader *reader, raw_head *head, const nmm_node *entry) {
     const int k = nmm_key_index(head->object, entry->key);
-    if (k < 0) return complain_unknown(reader, head->object, entry);
+    if (k < 0) return complain_unknown(reader, head, entry);
     const nmm_key *key = &head->object->key[k];
     if (key->later)
         return nmm_complain(reader, entry->key_mark, "%s is not supported yet; leave it out",

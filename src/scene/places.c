@@ -139,8 +139,8 @@ static nmm_status check_value(nmm_builder *b, const raw_place *raw, bool point) 
     const char *where = point ? "point" : "segment";
     const raw_head *head = &raw->head;
     if (raw_given(head, other))
-        return nmm_complain(b->reader, nmm_node_find(head->node, other)->key_mark,
-                            "%s does not go with %s; use %s", other, where, wanted);
+        return nmm_complain(b->reader, raw_key_mark(head, other), "%s does not go with %s; use %s",
+                            other, where, wanted);
     if (raw_given(head, wanted)) return NMM_OK;
     return nmm_complain(b->reader, head->node->mark, "a load at a %s needs a %s", where, wanted);
 }

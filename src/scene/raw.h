@@ -171,10 +171,12 @@ typedef struct raw_scene {
 
 /// Was key `key` of the object at `head` read without a mistake (or has it its default)?
 bool raw_good(const raw_head *head, const char *key);
-/// Is key `key` in the file?
+/// Is key `key` in the file, rightly spelt or not?
 bool raw_given(const raw_head *head, const char *key);
 /// Place of the key's value; of the object where the key is not in the file.
 nmm_mark raw_mark(const raw_head *head, const char *key);
+/// Place of the key itself.
+nmm_mark raw_key_mark(const raw_head *head, const char *key);
 
 /// Fill *raw from the root of the tree by the key table.
 nmm_status raw_scene_read(nmm_reader *reader, const nmm_node *root, raw_scene *raw);

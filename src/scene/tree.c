@@ -211,6 +211,21 @@ static nmm_status take_event(builder *b, const yaml_event_t *event) {
 
 // --- Syntax errors ------------------------------------------------------------------------------
 
+// Behind the last character that is not blank.
+static nmm_mark end_of(const builder *b, const char *text, size_t length) {
+    nmm_mark mark = b->start;
+    while (length > 0 && strchr(" \t\r\n", text[length - 1]) != NULL)
+        length -= 1;
+    const bool marked = length >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0;
+    for (size_t i = marked ? 3 : 0; i < length; i++) {
+        const bool ends = text[i] == '\n' || (text[i] == '\r' && text[i + 1] != '\n');
+        const bool inside = ((unsigned char)text[i] & 0xc0) == 0x80;
+        if (!inside) mark.column = ends ? 1 : mark.column + 1;
+        mark.line += ends ? 1 : 0;
+    }
+    return mark;
+}
+
 // libyaml's words are kept, except where a user needs plainer ones.
 static nmm_status complain_syntax(builder *b, const yaml_parser_t *parser, const char *text,
                                   size_t length) {
@@ -219,7 +234,7 @@ static nmm_status complain_syntax(builder *b, const yaml_parser_t *parser, const
     if (parser->error == YAML_MEMORY_ERROR)
         return nmm_fail(b->reader->context, NMM_ERROR_MEMORY, "out of memory: YAML parser");
     const bool marked = parser->error != YAML_READER_ERROR;
-    const nmm_mark mark = marked ? place_of(b, parser->problem_mark) : b->start;
+    nmm_mark mark = marked ? place_of(b, parser->problem_mark) : b->start;
     const char *problem = parser->problem != NULL ? parser->problem : "unreadable";
     // Marks count characters, without a byte order mark.
     size_t at = length >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
@@ -228,6 +243,7 @@ static nmm_status complain_syntax(builder *b, const yaml_parser_t *parser, const
         while (at < length && ((unsigned char)text[at] & 0xc0) == 0x80)
             at += 1;
     }
+    if (at >= length) mark = end_of(b, text, length);
     if (marked && at < length && text[at] == '\t')
         return nmm_complain(b->reader, mark, "syntax: a tab cannot indent; use spaces");
     const char *context = parser->context != NULL ? parser->context : "";
