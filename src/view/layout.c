@@ -40,7 +40,9 @@ static void find_box(nmm_picture *picture, const double *place) {
     }
     if (picture->geometry->n_point == 0) box = (nmm_box){{0, 0}, {1, 1}};
     const double side = nmm_max(box.high.x - box.low.x, box.high.y - box.low.y);
-    const double margin = side > 0 ? 0.045 * side : 0.5;
+    // Arrows of loads stand outside of the blocks.
+    const double part = picture->geometry->n_load > 0 ? 0.075 : 0.045;
+    const double margin = side > 0 ? part * side : 0.5;
     const double grow_x = nmm_max(0, side / 25 - (box.high.x - box.low.x)) / 2 + margin;
     const double grow_y = nmm_max(0, side / 25 - (box.high.y - box.low.y)) / 2 + margin;
     picture->box = (nmm_box){{box.low.x - grow_x, box.low.y - grow_y},

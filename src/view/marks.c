@@ -164,13 +164,11 @@ static void draw_held(const nmm_picture *picture) {
     }
     cairo_clip(cairo);
     const double step = 16 * picture->unit;
-    cairo_set_source_rgba(cairo, support_colour.r, support_colour.g, support_colour.b, 0.75);
-    cairo_set_line_width(cairo, 1.6 * picture->unit);
     for (double x = -plot.height; any && x < plot.width; x += step) {
         cairo_move_to(cairo, plot.x + x, plot.y + plot.height);
         cairo_line_to(cairo, plot.x + x + plot.height, plot.y);
     }
-    cairo_stroke(cairo);
+    stroke_cased(cairo, support_colour, 1.6 * picture->unit, 0.7 * picture->unit);
     cairo_restore(cairo);
 }
 

@@ -134,7 +134,7 @@ static void write_titles(nmm_picture *picture) {
         snprintf(scale, sizeof scale, "displacements \xc3\x97 %s",
                  nmm_number_text(text, picture->scale));
     snprintf(picture->subtitle, sizeof picture->subtitle,
-             "t = %s s,  frame %d of 0 \xe2\x80\xa6 %d,  %s", time, frame->index,
+             "t = %s s,  frame %d of %d,  %s", time, frame->index,
              nmm_file_frames(picture->file) - 1, scale);
 }
 

@@ -35,5 +35,10 @@ const char *nmm_tick_text(char text[32], double value, double step) {
     const char *mark = localeconv()->decimal_point;
     char *comma = strcmp(mark, ".") != 0 && strlen(mark) == 1 ? strchr(text, mark[0]) : NULL;
     if (comma != NULL) *comma = '.';
+    // A true minus sign.
+    if (text[0] == '-' && strlen(text) < 29) {
+        memmove(text + 3, text + 1, strlen(text));
+        memcpy(text, "\xe2\x88\x92", 3);
+    }
     return text;
 }
