@@ -20,7 +20,7 @@ static void sweep(const nmm_solver *s, double factor, double sum[2]) {
     for (int row = 0; row < s->n_row; row++) {
         double *u = s->u + 2 * (long)row;
         double r0 = s->f[2 * (long)row], r1 = s->f[2 * (long)row + 1];
-        const double *diagonal = NULL;
+        const double *diagonal = s->value + 4 * (long)s->row_start[row];
         for (int k = s->row_start[row]; k < s->row_start[row + 1]; k++) {
             const double *v = s->value + 4 * (long)k, *x = s->u + 2 * (long)s->col[k];
             if (s->col[k] == row) diagonal = v;
