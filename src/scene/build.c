@@ -125,11 +125,12 @@ static nmm_status build_base_motion(nmm_builder *b) {
 static nmm_status note_filled(nmm_builder *b) {
     char why[80];
     if (b->n_filled_material > 0 && b->scene->n_material == 1) {
-        snprintf(why, sizeof why, "the only material; %d areas name none", b->n_filled_material);
+        snprintf(why, sizeof why, "the only material; areas that name none: %d",
+                 b->n_filled_material);
         TRY(nmm_note(b->reader, "material", b->scene->material_name[0], why));
     }
     if (b->n_filled_interface == 0) return NMM_OK;
-    snprintf(why, sizeof why, "the scene's interface; %d joints or sets name none",
+    snprintf(why, sizeof why, "the scene's interface; joints and sets that name none: %d",
              b->n_filled_interface);
     return nmm_note(b->reader, "joints", b->scene->interface_name[0], why);
 }

@@ -3,8 +3,9 @@
 // A scene file as a checked description: everything in SI, angles in radians, names resolved to
 // indices, joint sets and repeated blocks expanded. Nothing is cut or meshed here.
 //
-// A value's place in the file travels along as `nmm_mark`, so that later stages (a support that
-// touches nothing, a joint outside the domain) can still name line and column.
+// docs/format.md describes the file; keys.c holds its keys. A value's place in the file travels
+// along as `nmm_mark`, so that later stages (a support that touches nothing, a joint outside the
+// domain) can still name line and column.
 
 #ifndef NMM_SCENE_H
 #define NMM_SCENE_H
@@ -100,14 +101,13 @@ typedef struct nmm_scene_settings {
     double cover_size; // covers.size [m]; 0: chosen from the scene
     double penalty;    // contact.penalty, times Young's modulus; 0: auto
     nmm_contact_method contact_method;
-    double damping;         // analysis.damping [1/s]
-    nmm_mass mass;          // analysis.mass
-    double tolerance;       // analysis.tolerance: force balance of a step, relative
-    double dt, end, dt_min; // time [s]; dt_max = 0: no cap above dt
-    double dt_max;
-    double
-        max_move; // time.max_move: largest displacement of a step over half the scene's larger side
-    nmm_method method;        // solver.method
+    double damping;        // analysis.damping [1/s]
+    nmm_mass mass;         // analysis.mass
+    double tolerance;      // analysis.tolerance: force balance of a step, relative
+    double dt, end;        // time.dt, time.end [s]
+    double dt_min, dt_max; // time.dt_min, time.dt_max [s]; from dt where not given
+    double max_move;   // time.max_move: largest displacement of a step over half the larger side
+    nmm_method method; // solver.method
     double solver_tolerance;  // solver.tolerance
     nmm_stop stop;            // solver.stop
     double jacobi_damping;    // solver.damping; 0: from an estimate of lambda_max; 1: plain
@@ -148,10 +148,12 @@ typedef struct nmm_scene {
     char *defaults;        // for `nmm check`: a line for each default chosen and why
 } nmm_scene;
 
-/// `key.path=value` given on the command line; replaces or adds what the file says.
-/// Read the scene at `path`. NMM_ERROR_FILE: cannot be read. NMM_ERROR_INPUT: wrong; then
-/// scene->report holds every mistake and context->error the first one, with line and column.
-/// The scene must start zeroed, and may be destroyed in any case.
+/// Read and check the scene at `path`. Each of `override` is "key.path=value", as given on the
+/// command line; it replaces or adds what the file says.
+/// NMM_ERROR_FILE: the file cannot be read. NMM_ERROR_INPUT: the scene is wrong; then scene->report
+/// holds every mistake and context->error the first one, with file, line and column.
+/// NMM_ERROR_MEMORY. The scene must start zeroed, and must be destroyed in any case. Nothing is
+/// shared between scenes: different contexts may read on different threads at once.
 nmm_status nmm_scene_read(nmm_context *context, nmm_scene *scene, const char *path, int n_override,
                           const char *const *override);
 
@@ -160,8 +162,8 @@ nmm_status nmm_scene_parse(nmm_context *context, nmm_scene *scene, const char *p
                            const char *text, size_t length, int n_override,
                            const char *const *override);
 
-/// Add a mistake found by a later stage at `mark`, in the same form as the reader's own, and
-/// return NMM_ERROR_INPUT.
+/// Add a mistake found by a later stage at `mark` to scene->report (and to the context, if it is
+/// the first), in the same form as the reader's own, and return NMM_ERROR_INPUT.
 nmm_status nmm_scene_reject(nmm_context *context, nmm_scene *scene, nmm_mark mark,
                             const char *format, ...) __attribute__((format(printf, 4, 5)));
 

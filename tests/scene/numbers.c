@@ -79,7 +79,7 @@ static void units_convert_exactly(void **unused) {
     } good[] = {{"20 GPa", NMM_STRESS, 20e9},
                 {"5mm", NMM_LENGTH, 0.005},
                 {"35 mm", NMM_LENGTH, 0.035},
-                {"7 cm", NMM_LENGTH, 0.07},
+                {"57 cm", NMM_LENGTH, 0.57},
                 {"2.5 km", NMM_LENGTH, 2500},
                 {"28 deg", NMM_ANGLE, 28},
                 {"28\xc2\xb0", NMM_ANGLE, 28},
