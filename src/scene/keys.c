@@ -63,16 +63,16 @@ static const nmm_object circle_object =
 
 static const nmm_key domain_keys[] = {SHAPE_KEYS, MATERIAL_KEY};
 static const nmm_object domain_object =
-    OBJECT("domain", domain_keys, raw_area, .one_of = "polygon circle",
+    OBJECT("domain", domain_keys, raw_area, .one_of = "polygon, circle",
            .meaning = "Rock that joints cut into blocks.");
 
 static const nmm_key hole_keys[] = {SHAPE_KEYS};
 static const nmm_object hole_object =
-    OBJECT("holes", hole_keys, raw_area, .one_of = "polygon circle",
+    OBJECT("holes", hole_keys, raw_area, .one_of = "polygon, circle",
            .meaning = "Openings in the domain. A hole that reaches over the edge takes a bite.");
 
 static const nmm_object region_object =
-    OBJECT("regions", domain_keys, raw_area, .one_of = "polygon circle",
+    OBJECT("regions", domain_keys, raw_area, .one_of = "polygon, circle",
            .meaning = "Parts of the domain with another material; later entries win.");
 
 static const nmm_key repeat_keys[] = {
@@ -99,7 +99,7 @@ static const nmm_key block_keys[] = {
      .meaning = "copies in rows and columns"},
 };
 static const nmm_object block_object =
-    OBJECT("blocks", block_keys, raw_area, .one_of = "polygon circle",
+    OBJECT("blocks", block_keys, raw_area, .one_of = "polygon, circle",
            .meaning = "Blocks that are not cut from a domain; they may touch or be apart.");
 
 static const nmm_key joint_keys[] = {
@@ -230,7 +230,7 @@ static const nmm_key support_keys[] = {
                 "and after"},
 };
 static const nmm_object support_object =
-    OBJECT("supports", support_keys, raw_place, .one_of = "point segment box block",
+    OBJECT("supports", support_keys, raw_place, .one_of = "point, segment, box, block",
            .meaning = "What is held, or moved along a given path.");
 
 static const nmm_key load_keys[] = {
@@ -248,7 +248,7 @@ static const nmm_key load_keys[] = {
                 "after"},
 };
 static const nmm_object load_object =
-    OBJECT("loads", load_keys, raw_place, .one_of = "point segment",
+    OBJECT("loads", load_keys, raw_place, .one_of = "point, segment",
            .meaning = "Forces and tractions, dead: they keep their direction.");
 
 static const nmm_word initial_words[] = {{"gravity", NMM_INITIAL_GRAVITY, false},

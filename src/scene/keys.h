@@ -66,7 +66,7 @@ struct nmm_object {
     const nmm_key *key;
     int n_key; // at most 64
     size_t size;
-    const char *one_of; // exactly one of these keys, parted by blanks
+    const char *one_of; // exactly one of these keys, "a, b"; NULL: no such rule
     bool noted;         // its defaults are listed by `nmm check`
     const char *meaning;
 };

@@ -132,7 +132,7 @@ static bool in_list(const char *list, const char *word) {
     if (length == 0) return false;
     for (const char *p = strstr(list, word); p != NULL; p = strstr(p + 1, word)) {
         const bool begins = p == list || p[-1] == ' ';
-        if (begins && (p[length] == ' ' || p[length] == 0)) return true;
+        if (begins && (p[length] == ',' || p[length] == 0)) return true;
     }
     return false;
 }

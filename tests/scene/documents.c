@@ -166,10 +166,10 @@ static void add_required(nmm_text *out, const nmm_object *object) {
     if (object->one_of == NULL) return;
     ADD(out, ", \"oneOf\": [");
     for (const char *p = object->one_of; *p != 0;) {
-        const int length = (int)strcspn(p, " ");
+        const int length = (int)strcspn(p, ",");
         ADD(out, "%s{\"required\": [\"%.*s\"]}", p == object->one_of ? "" : ", ", length, p);
         p += length;
-        p += strspn(p, " ");
+        p += strspn(p, ", ");
     }
     ADD(out, "]");
 }
