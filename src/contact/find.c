@@ -134,7 +134,10 @@ static nmm_contact with_history(const nmm_contact_search *search, const nmm_mode
     nmm_contact c = new_contact(search, model, state, raw);
     const nmm_contact *old = nmm_contact_lookup(state, c.vertex, c.edge);
     if (old == NULL) old = history_beside(model, state, &c);
-    if (old != NULL) inherit(search, model, state, &c, old);
+    if (old != NULL)
+        inherit(search, model, state, &c, old);
+    else
+        c.rest = nmm_min(0, c.gap);
     return c;
 }
 

@@ -69,7 +69,7 @@ static void slide_or_stick(nmm_contact *c, double N, double T, double friction) 
 }
 
 static void apply_law(const nmm_interface *law, nmm_contact *c) {
-    const double N = c->carried_normal - c->normal_stiffness * c->gap;
+    const double N = c->carried_normal - c->normal_stiffness * (c->gap - c->rest);
     const double T = c->carried_shear - c->shear_stiffness * c->slip;
     if (c->bonded && !c->breaking) {
         const double pull = law->tensile_strength * c->length;
@@ -138,7 +138,7 @@ bool nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, doubl
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *c = &state->contact[k];
         if (c->mode == NMM_CONTACT_OPEN) continue;
-        if (fabs(c->gap) > allowed) {
+        if (fabs(c->gap - c->rest) > allowed) {
             c->carried_normal = c->normal_force;
             raised = true;
         }
@@ -169,13 +169,16 @@ static void commit_open(nmm_contact *c, double length) {
     c->slip = 0;
     c->carried_normal = 0;
     c->carried_shear = 0;
+    // An overlap without force shrinks with the real one, and never grows.
+    c->rest = nmm_max(c->rest, nmm_min(0, c->gap));
 }
 
 static double stored_in(const nmm_contact_search *search, const nmm_contact *c) {
     if (c->mode == NMM_CONTACT_OPEN) return 0;
     if (!search->options.augmented) return energy_of(c, c->normal_force, c->shear_force);
     const double slip = c->mode == NMM_CONTACT_STICK ? c->slip : 0;
-    return 0.5 * c->normal_stiffness * c->gap * c->gap + 0.5 * c->shear_stiffness * slip * slip;
+    const double overlap = c->gap - c->rest;
+    return 0.5 * c->normal_stiffness * overlap * overlap + 0.5 * c->shear_stiffness * slip * slip;
 }
 
 void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model, nmm_state *state,

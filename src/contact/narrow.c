@@ -117,12 +117,42 @@ static bool admissible(const narrowing *now, int vertex, const nmm_edge_line *e,
     return nmm_vec2_dot(out.t, e->n) >= -NMM_SLANTED && nmm_vec2_dot(in.t, e->n) <= NMM_SLANTED;
 }
 
+// The first edge beyond `edge` (in one direction) that is not in line with it.
+static int edge_round_the_corner(const narrowing *now, int edge, const nmm_edge_line *e,
+                                 const int *step) {
+    int other = step[edge];
+    for (int k = 0; k < 16 && other != edge; k++, other = step[other]) {
+        const nmm_edge_line o = nmm_edge_line_of(now->model, now->state, other);
+        if (fabs(nmm_vec2_cross(e->t, o.t)) > 1e-3 || nmm_vec2_dot(e->t, o.t) < 0) break;
+    }
+    return other;
+}
+
+// A vertex behind edge e is in its block only if it lies behind the sides of a convex corner as
+// well; where it lies less deep behind such a side, that is its way out.
+static bool nearer_way_out(const narrowing *now, int edge, const nmm_edge_line *e, nmm_vec2 place,
+                           double gap) {
+    const int *step[2] = {now->model->vertex_next, now->model->vertex_prev};
+    for (int k = 0; k < 2; k++) {
+        const int other = edge_round_the_corner(now, edge, e, step[k]);
+        const nmm_edge_line o = nmm_edge_line_of(now->model, now->state, other);
+        const double turn = nmm_vec2_cross(e->t, o.t);
+        const bool convex = k == 0 ? turn > 0 : turn < 0;
+        if (convex && nmm_vec2_dot(o.n, nmm_vec2_sub(place, o.p)) > gap) return true;
+    }
+    return false;
+}
+
 static void corner(narrowing *now, int vertex, int edge, const nmm_edge_line *e) {
     const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(now->model, now->state, vertex), e->p);
     const double along = nmm_vec2_dot(e->t, off), gap = nmm_vec2_dot(e->n, off);
     if (along < 0 || along > e->length || fabs(gap) > NMM_DEEPEST * now->model->size) return;
     double share = 0;
     if (!admissible(now, vertex, e, &share) || share >= 1) return;
+    if (gap < 0 && nearer_way_out(now, edge, e, nmm_vec2_add(e->p, off), gap)) {
+        const nmm_contact *old = nmm_contact_lookup(now->state, vertex, edge);
+        if (old == NULL || old->mode == NMM_CONTACT_OPEN) return;
+    }
     add_raw(now, vertex, edge, (1 - share) * NMM_CORNER * now->model->size, true);
 }
 

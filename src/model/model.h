@@ -49,6 +49,7 @@ typedef struct nmm_support {
     bool fix_x, fix_y;
     double length;    // [m] boundary length (or 1 for a lone point) that it stands for
     double stiffness; // [N/m]
+    int group;        // supports that raise their carried force together, -1: only the spring
     int history;      // displacement history (width 2), -1: none
 } nmm_support;
 
@@ -80,7 +81,8 @@ typedef struct nmm_hold {
 typedef struct nmm_model {
     // Sizes of the tables.
     int n_cover, n_element, n_corner, n_point, n_vertex;
-    int n_block, n_material, n_interface, n_support, n_hold, n_load, n_monitor, n_history;
+    int n_block, n_material, n_interface, n_support, n_support_group, n_hold, n_load, n_monitor,
+        n_history;
     nmm_vec2 origin; // [m] coordinates of the scene = coordinates of the model + origin
     double size;     // [m] h of the lattice: distance of neighbouring nodes
     double height;   // [m] half the larger side of the scene's box
@@ -125,14 +127,14 @@ typedef struct nmm_contact {
     double length;                            // [m] tributary length
     double normal_stiffness, shear_stiffness; // [N/m]
     double anchor; // edge parameter where the shear spring is tied, at the start of the step
-    double
-        carried_normal; // [N] carried normal force (pressure positive): initial stress, multiplier
-    double carried_shear;         // [N] carried shear force on the vertex along t
-    double gap;                   // [m] at the last evaluation, negative = overlap
-    double slip;                  // [m] at the last evaluation, since the anchor
-    double normal_force;          // [N] pressure positive
-    double shear_force;           // [N] on the vertex, along t
-    double slid;                  // [m] length slid since the contact came to be, never falls
+    double rest;   // [m] overlap it was found with, <= 0: carries no force
+    double carried_normal; // [N] carried force, pressure positive: initial stress, multiplier
+    double carried_shear;  // [N] carried shear force on the vertex along t
+    double gap;            // [m] at the last evaluation, negative = overlap
+    double slip;           // [m] at the last evaluation, since the anchor
+    double normal_force;   // [N] pressure positive
+    double shear_force;    // [N] on the vertex, along t
+    double slid;           // [m] length slid since the contact came to be, never falls
     nmm_contact_mode mode_before; // at the evaluation before the last
     bool breaking;                // the bond gave way in this try of the step
     double bond_energy;           // [J] stored when it gave way

@@ -45,11 +45,14 @@ struct nmm_sim {
     // Displacement of the step by itself: end minus start would lose its digits in short steps.
     double *moved; // [n_cover][2]
 
+    double speed;                   // [m/s] largest motion of a point in the last step
+
     // The state at the start of the step, to go back to.
     double *start_displacement, *start_velocity; // [n_cover][2]
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
     nmm_contact *start_contact;
+    double (*group_error)[3]; // [n_support_group] x, y [m], length; scratch
     int start_capacity;
 
     // Stored energies at the last accepted state [J].

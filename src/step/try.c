@@ -64,8 +64,8 @@ static double unbalance_allowed(const nmm_sim *sim, double h) {
         const double *d = sim->state.displacement + 2 * (long)c;
         const double *v = sim->start_velocity + 2 * (long)c;
         const double inertia = 2 * sim->system.cover_mass[c] / h;
-        const double x = block[0] * fabs(d[0]) + inertia * fabs(v[0]);
-        const double y = block[3] * fabs(d[1]) + inertia * fabs(v[1]);
+        const double x = block[0] * (fabs(d[0]) + h * fabs(v[0])) + inertia * fabs(v[0]);
+        const double y = block[3] * (fabs(d[1]) + h * fabs(v[1])) + inertia * fabs(v[1]);
         sum += x * x + y * y;
     }
     // A gap is a difference of places.
@@ -175,17 +175,38 @@ static bool runs_in_circles(const uint64_t *modes, int n) {
     return false;
 }
 
-// Raise the carried forces of supports (and augmented contacts) that gave way; false when none did.
+// Mean distance of each group of supports from its place, weighted by length.
+static void group_errors(nmm_sim *sim, double end) {
+    const nmm_model *model = &sim->model;
+    double(*sum)[3] = sim->group_error;
+    memset(sum, 0, (size_t)model->n_support_group * sizeof *sum);
+    for (int s = 0; s < model->n_support; s++) {
+        const nmm_support *support = &model->support[s];
+        if (support->group < 0) continue;
+        const nmm_vec2 error = nmm_support_error(model, &sim->state, s, end);
+        sum[support->group][0] += support->length * error.x;
+        sum[support->group][1] += support->length * error.y;
+        sum[support->group][2] += support->length;
+    }
+    for (int g = 0; g < model->n_support_group; g++) {
+        sum[g][0] /= sum[g][2];
+        sum[g][1] /= sum[g][2];
+    }
+}
+
+// Raise the carried forces of supports, eq. (4.7), and of augmented contacts that gave way;
+// false when none did.
 static bool raise_carried(nmm_sim *sim, double end) {
-    nmm_state *state = &sim->state;
     const double allowed = 0.1 * sim->settings.tolerance * sim->model.height;
-    bool raised = sim->search != NULL && nmm_contact_raise(sim->search, state, allowed);
+    bool raised = sim->search != NULL && nmm_contact_raise(sim->search, &sim->state, allowed);
+    group_errors(sim, end);
     for (int s = 0; s < sim->model.n_support; s++) {
-        const nmm_vec2 error = nmm_support_error(&sim->model, state, s, end);
-        if (fabs(error.x) <= allowed && fabs(error.y) <= allowed) continue;
-        const nmm_vec2 reaction = nmm_support_reaction(&sim->model, state, s, error);
-        state->support_force[2 * s] = reaction.x;
-        state->support_force[2 * s + 1] = reaction.y;
+        const nmm_support *support = &sim->model.support[s];
+        if (support->group < 0) continue;
+        const double *error = sim->group_error[support->group];
+        if (fabs(error[0]) <= allowed && fabs(error[1]) <= allowed) continue;
+        sim->state.support_force[2 * s] -= support->stiffness * error[0];
+        sim->state.support_force[2 * s + 1] -= support->stiffness * error[1];
         raised = true;
     }
     return raised;

@@ -2,7 +2,8 @@
 //
 // Supports, loads, monitors, initial stress and initial velocity of the scene, placed on the model.
 // A support of a whole block holds its covers exactly; others are points with stiff springs whose
-// carried force is raised until the point stays (docs/theory/4-time.md, eq. (4.6)).
+// carried forces are raised until they stay on average over GROUP covers (docs/theory/4-time.md,
+// eq. (4.6)).
 
 #include "system.h"
 
@@ -10,7 +11,11 @@
 #include <string.h>
 
 // Support springs: so many times Young's modulus.
-#define SUPPORT_PENALTY 100
+#define SUPPORT_PENALTY 50
+
+// Points of a supported line share their carried traction over this many cover sizes. To raise it
+// point by point would lock the covers that the line cuts: there are as many points as unknowns.
+#define GROUP_LENGTH 1.5
 
 // Lengths below this part of the cover size count as touching.
 #define TOUCH 1e-6
@@ -40,16 +45,21 @@ typedef struct placing {
     nmm_model *model;
     int support_capacity, hold_capacity, load_capacity;
     double touch; // [m]
+    struct {
+        int block, bin;
+    } * group; // [n_support_group]
+    int group_capacity;
+    int first_group; // of the support being placed
 } placing;
 
 static nmm_status add_support(placing *p, const nmm_scene_support *from, int element,
-                              nmm_vec2 place, double length) {
+                              nmm_vec2 place, double length, int group) {
     nmm_model *model = p->model;
     TRY(nmm_grow(p->context, &model->support, &p->support_capacity, model->n_support + 1,
                  sizeof(nmm_support)));
     const double E = model->material[model->element_material[element]].youngs_modulus;
     nmm_support *support = &model->support[model->n_support];
-    *support = (nmm_support){.element = element, .place = place, .length = length};
+    *support = (nmm_support){.element = element, .place = place, .length = length, .group = group};
     nmm_element_weights(model, element, place, support->weight);
     support->fix_x = from->fix_x;
     support->fix_y = from->fix_y;
@@ -89,6 +99,39 @@ static double length_along(const placing *p, int v, const nmm_scene_support *fro
     return length;
 }
 
+// Group of a point of block `block` at distance `along` from the segment's start.
+static nmm_status group_of(placing *p, const nmm_scene_support *from, int block, double along,
+                           int *group) {
+    nmm_model *model = p->model;
+    const nmm_vec2 ab = nmm_vec2_sub(from->b, from->a);
+    const double length = sqrt(nmm_vec2_dot(ab, ab));
+    const int n = nmm_max_int(1, (int)(length / (GROUP_LENGTH * model->size)));
+    const int bin = nmm_min_int(n - 1, (int)(n * nmm_max(0, along) / nmm_max(length, p->touch)));
+    for (int k = p->first_group; k < model->n_support_group; k++) {
+        if (p->group[k].block == block && p->group[k].bin == bin) {
+            *group = k;
+            return NMM_OK;
+        }
+    }
+    TRY(nmm_grow(p->context, &p->group, &p->group_capacity, model->n_support_group + 1,
+                 sizeof(*p->group)));
+    *group = model->n_support_group++;
+    p->group[*group].block = block;
+    p->group[*group].bin = bin;
+    return NMM_OK;
+}
+
+// A support at a point of the segment.
+static nmm_status add_on_segment(placing *p, const nmm_scene_support *from, int element,
+                                 nmm_vec2 place, double length) {
+    const nmm_vec2 ab = nmm_vec2_sub(from->b, from->a), off = nmm_vec2_sub(place, from->a);
+    const double whole = sqrt(nmm_vec2_dot(ab, ab));
+    const double along = whole > 0 ? nmm_vec2_dot(ab, off) / whole : 0;
+    int group = -1;
+    TRY(group_of(p, from, p->model->element_block[element], along, &group));
+    return add_support(p, from, element, place, length, group);
+}
+
 // Loop vertices on the segment; each stands for its share of the length.
 static nmm_status support_segment(placing *p, const nmm_scene_support *from) {
     const nmm_model *model = p->model;
@@ -97,7 +140,7 @@ static nmm_status support_segment(placing *p, const nmm_scene_support *from) {
         const nmm_vec2 place = start_of(model, v);
         if (distance_to_segment(place, from->a, from->b) > p->touch) continue;
         const double length = nmm_max(length_along(p, v, from), 1e-3 * model->size);
-        TRY(add_support(p, from, model->edge_element[v], place, length));
+        TRY(add_on_segment(p, from, model->edge_element[v], place, length));
     }
     if (model->n_support > before) return NMM_OK;
     // Nothing of the boundary: hold points along the segment, inside or between vertices.
@@ -107,7 +150,7 @@ static nmm_status support_segment(placing *p, const nmm_scene_support *from) {
     for (int k = 0; k <= n; k++) {
         const nmm_vec2 place = nmm_vec2_mix(from->a, from->b, (double)k / n);
         const int e = nmm_model_find_element(model, place, p->touch);
-        if (e >= 0) TRY(add_support(p, from, e, place, length / n));
+        if (e >= 0) TRY(add_on_segment(p, from, e, place, length / n));
     }
     return NMM_OK;
 }
@@ -151,9 +194,10 @@ static nmm_status place_support(placing *p, nmm_scene *scene, const nmm_scene_su
     from.a = nmm_vec2_sub(given->a, model->origin);
     from.b = nmm_vec2_sub(given->b, model->origin);
     const int before = model->n_support + model->n_hold;
+    p->first_group = model->n_support_group;
     if (from.kind == NMM_PLACE_POINT) {
         const int e = nmm_model_find_element(model, from.a, p->touch);
-        if (e >= 0) TRY(add_support(p, &from, e, from.a, model->size));
+        if (e >= 0) TRY(add_on_segment(p, &from, e, from.a, model->size));
     } else if (from.kind == NMM_PLACE_SEGMENT) {
         TRY(support_segment(p, &from));
     } else if (from.kind == NMM_PLACE_BOX) {
@@ -260,14 +304,20 @@ static nmm_status copy_histories(placing *p, const nmm_scene *scene) {
     return NMM_OK;
 }
 
+static nmm_status place_all(placing *p, nmm_scene *scene) {
+    TRY(copy_histories(p, scene));
+    for (int k = 0; k < scene->n_support; k++)
+        TRY(place_support(p, scene, &scene->support[k]));
+    for (int k = 0; k < scene->n_load; k++)
+        TRY(place_load(p, scene, &scene->load[k]));
+    return place_monitors(p, scene);
+}
+
 nmm_status nmm_loads_place(nmm_context *context, nmm_scene *scene, nmm_model *model) {
     placing p = {.context = context, .model = model, .touch = TOUCH * model->size};
-    TRY(copy_histories(&p, scene));
-    for (int k = 0; k < scene->n_support; k++)
-        TRY(place_support(&p, scene, &scene->support[k]));
-    for (int k = 0; k < scene->n_load; k++)
-        TRY(place_load(&p, scene, &scene->load[k]));
-    return place_monitors(&p, scene);
+    const nmm_status status = place_all(&p, scene);
+    nmm_release(context, &p.group);
+    return status;
 }
 
 // --- Start
