@@ -25,7 +25,8 @@ static nmm_status check_body(nmm_cut *cut) {
 static nmm_status cut_body(nmm_cut *cut) {
     nmm_body *body = &cut->body;
     TRY(nmm_cut_outline(cut));
-    TRY(nmm_arrangement_build(cut->context, &body->arrangement, body->n_segment, body->segment));
+    TRY(nmm_arrangement_build(cut->context, &body->arrangement, body->n_segment, body->segment,
+                              cut->lattice.reach));
     TRY(check_body(cut));
     TRY(nmm_cut_faces(cut));
     if (body->n_element == 0) {
@@ -82,6 +83,7 @@ static nmm_status cut_scene(nmm_cut *cut) {
     for (int k = 0; k < scene->n_joint; k++)
         cut->report->n_joint_outside += !cut->touched[k];
     cut->report->snap = cut->lattice.spacing;
+    cut->report->weld = (double)cut->lattice.reach * cut->lattice.spacing;
     cut->report->size_chosen = (double)cut->lattice.side * cut->lattice.spacing;
     return NMM_OK;
 }

@@ -37,11 +37,11 @@ static double distance2(nmm_ipoint p, nmm_ipoint q) {
 
 // Does a cut from p to q cross an edge of the face?
 static bool is_hidden(const nmm_arrangement *a, int face, nmm_ipoint p, nmm_ipoint q) {
-    const nmm_isegment cut = {p, q, 0};
+    const nmm_isegment cut = {.a = p, .b = q};
     for (int c = a->face_start[face]; c < a->face_start[face + 1]; c++) {
         int h = a->cycle[c];
         do {
-            const nmm_isegment edge = {place_of(a, h), place_of(a, h ^ 1), 0};
+            const nmm_isegment edge = {.a = place_of(a, h), .b = place_of(a, h ^ 1)};
             if (nmm_isegment_cross(cut, edge)) return true;
             h = a->next[h];
         } while (h != a->cycle[c]);

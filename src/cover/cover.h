@@ -25,6 +25,7 @@ typedef struct nmm_cover_report {
     int smallest_element;
     double area;        // [m2] all elements
     double snap;        // [m] spacing of the integer lattice
+    double weld;        // [m] what is nearer than this became one
     double size_chosen; // [m] cover size used
 } nmm_cover_report;
 

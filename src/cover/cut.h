@@ -34,7 +34,7 @@ typedef struct nmm_body {
     nmm_body_area *area; // domain polygons, holes, regions: later entries win
     int n_joint;         // joints 0..n_joint - 1 of the scene cut this body
     const char *name;    // of its blocks, may be NULL
-    int from; // entry of the scene's blocks, -1: the domain
+    int from;            // entry of the scene's blocks, -1: the domain
 
     int n_segment, segment_capacity, line_capacity;
     nmm_isegment *segment;
@@ -45,7 +45,6 @@ typedef struct nmm_body {
     bool *mesh;             // [n_edge] lies on a side of the mesh
     bool *connects;         // [n_edge] material is continuous across it
     int *material;          // [n_face] -1: no material
-    bool *within;           // [n_face] inside a domain polygon, hole or not
     int *element;           // [n_face] element of the body, -1: no material
     nmm_triangle *triangle; // [n_face]
     int n_element;

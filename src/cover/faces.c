@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // What the faces and edges of a body's arrangement are. Nothing here compares coordinates: a face
-// is inside an area when the area's outline, which winds round it, says so; it lies in the triangle
-// that the mesh lines round it say. So slivers of one unit are as safe as any other face.
+// is inside an area when the area's outline winds round it; it lies in the triangle that the mesh
+// lines round it name. So slivers of one unit are as safe as any other face.
 
 #include "cut.h"
 
@@ -33,124 +33,131 @@ static nmm_status name_edges(nmm_cut *cut) {
 // --- Areas
 // ----------------------------------------------------------------------------------------
 
-// Edges of all outlines, by area.
-typedef struct outline_table {
-    int *start; // [n_area + 1]
-    int *half;  // half-edges with the area to their left
-    int *net;   // [n_edge] windings of the area at hand: left of the edge minus right of it
-    int *stack; // [n_face]
-    int *seen;  // [n_face] last area + 1 that holds the face
-} outline_table;
+// A walk over all faces from the unbounded one, across edges. It carries how often each outline
+// winds round the face at hand, so no face needs to look at all outlines.
+typedef struct face_walk {
+    int *way;     // [n_face] half-edge by which a face is entered (it lies to the left), -1: none
+    int *child;   // [n_face] first face entered from this one
+    int *sibling; // [n_face] next face entered from the same one
+    int *winding; // [n_area] round the face at hand
+    int *active;  // areas with winding > 0, in no order
+    int *slot;    // [n_area] place in `active`
+    int n_active;
+    bool *touched; // [n_area] holds a face of the domain
+} face_walk;
 
-static nmm_status list_outlines(nmm_cut *cut, outline_table *outlines) {
+static nmm_status open_walk(nmm_cut *cut, face_walk *walk) {
     nmm_body *body = &cut->body;
-    const nmm_arrangement *a = &body->arrangement;
     nmm_arena *arena = &body->arena;
-    const int n_source = a->source_start[a->n_edge];
-    TRY(nmm_arena_take(cut->context, arena, &outlines->start, (size_t)body->n_area + 1,
-                       sizeof(int)));
-    TRY(nmm_arena_take(cut->context, arena, &outlines->net, (size_t)a->n_edge, sizeof(int)));
-    TRY(nmm_arena_take(cut->context, arena, &outlines->stack, (size_t)a->n_face, sizeof(int)));
-    TRY(nmm_arena_take(cut->context, arena, &outlines->seen, (size_t)a->n_face, sizeof(int)));
-    for (int s = 0; s < n_source; s++) {
-        const nmm_line *line = &body->line[a->source[s] / 2];
-        if (line->kind == NMM_LINE_AREA) outlines->start[line->index] += 1;
-    }
-    for (int k = 0, end = 0; k <= body->n_area; k++) {
-        end += outlines->start[k];
-        outlines->start[k] = end;
-    }
-    const size_t n_half = (size_t)outlines->start[body->n_area];
-    TRY(nmm_arena_take(cut->context, arena, &outlines->half, n_half, sizeof(int)));
-    for (int e = a->n_edge - 1; e >= 0; e--) {
-        for (int s = a->source_start[e]; s < a->source_start[e + 1]; s++) {
-            const nmm_line *line = &body->line[a->source[s] / 2];
-            if (line->kind != NMM_LINE_AREA) continue;
-            outlines->half[--outlines->start[line->index]] = 2 * e + a->source[s] % 2;
-        }
-    }
+    const size_t n_face = (size_t)body->arrangement.n_face, n_area = (size_t)body->n_area;
+    TRY(nmm_arena_take(cut->context, arena, &walk->way, n_face, sizeof(int)));
+    TRY(nmm_arena_take(cut->context, arena, &walk->child, n_face, sizeof(int)));
+    TRY(nmm_arena_take(cut->context, arena, &walk->sibling, n_face, sizeof(int)));
+    TRY(nmm_arena_take(cut->context, arena, &walk->winding, n_area, sizeof(int)));
+    TRY(nmm_arena_take(cut->context, arena, &walk->active, n_area, sizeof(int)));
+    TRY(nmm_arena_take(cut->context, arena, &walk->slot, n_area, sizeof(int)));
+    TRY(nmm_arena_take(cut->context, arena, &walk->touched, n_area, sizeof(bool)));
+    for (size_t f = 0; f < n_face; f++)
+        walk->way[f] = walk->child[f] = walk->sibling[f] = -1;
     return NMM_OK;
 }
 
-// Put a face into area k, once.
-static int push_face(outline_table *outlines, int k, int n_stack, int face) {
-    if (face == 0 || outlines->seen[face] == k + 1) return n_stack;
-    outlines->seen[face] = k + 1;
-    outlines->stack[n_stack] = face;
-    return n_stack + 1;
-}
-
-// The faces next to `face` that no edge of area k divides from it.
-static int push_neighbours(const nmm_arrangement *a, outline_table *outlines, int k, int n_stack,
-                           int face) {
+// Enter the faces next to `face` that were not entered before; they join the queue.
+static int enter_neighbours(const nmm_arrangement *a, face_walk *walk, int face, int *queue,
+                            int n) {
     for (int c = a->face_start[face]; c < a->face_start[face + 1]; c++) {
         int h = a->cycle[c];
         do {
-            if (outlines->net[h / 2] == 0) {
-                n_stack = push_face(outlines, k, n_stack, a->face[h ^ 1]);
+            const int other = a->face[h ^ 1];
+            if (other != 0 && walk->way[other] < 0) {
+                walk->way[other] = h ^ 1;
+                walk->sibling[other] = walk->child[face];
+                walk->child[face] = other;
+                queue[n++] = other;
             }
             h = a->next[h];
         } while (h != a->cycle[c]);
     }
-    return n_stack;
+    return n;
 }
 
-// What area k makes of a face that it holds. Returns whether the face was within the domain.
-static bool fill_face(nmm_body *body, int k, int face) {
-    const nmm_body_area *area = &body->area[k];
-    switch (area->kind) {
-    case NMM_AREA_DOMAIN:
-        body->within[face] = true;
-        body->material[face] = area->area->material;
-        break;
-    case NMM_AREA_HOLE:
-        body->material[face] = -1;
-        break;
-    case NMM_AREA_REGION:
-        if (body->material[face] >= 0) body->material[face] = area->area->material;
-        break;
+static void wind(face_walk *walk, int area, int turns) {
+    const bool before = walk->winding[area] > 0;
+    walk->winding[area] += turns;
+    const bool after = walk->winding[area] > 0;
+    if (!before && after) {
+        walk->slot[area] = walk->n_active;
+        walk->active[walk->n_active++] = area;
     }
-    return body->within[face];
+    if (before && !after) {
+        const int last = walk->active[--walk->n_active];
+        walk->active[walk->slot[area]] = last;
+        walk->slot[last] = walk->slot[area];
+    }
 }
 
-// Fill all faces inside area k; *touched: some were within the domain.
-static void fill_area(nmm_body *body, outline_table *outlines, int k, bool *touched) {
+// Step over half-edge h to the face on its left (turns = 1), or back (turns = -1).
+static void cross_edge(const nmm_body *body, face_walk *walk, int h, int turns) {
     const nmm_arrangement *a = &body->arrangement;
-    const int begin = outlines->start[k], end = outlines->start[k + 1];
-    for (int i = begin; i < end; i++) {
-        const int h = outlines->half[i];
-        outlines->net[h / 2] += h % 2 == 0 ? 1 : -1;
+    for (int s = a->source_start[h / 2]; s < a->source_start[h / 2 + 1]; s++) {
+        const nmm_line *line = &body->line[a->source[s] / 2];
+        if (line->kind != NMM_LINE_AREA) continue;
+        wind(walk, line->index, a->source[s] % 2 == h % 2 ? turns : -turns);
     }
-    int n_stack = 0;
-    for (int i = begin; i < end; i++) {
-        const int e = outlines->half[i] / 2;
-        if (outlines->net[e] == 0) continue;
-        const int inner = outlines->net[e] > 0 ? 2 * e : 2 * e + 1;
-        n_stack = push_face(outlines, k, n_stack, a->face[inner]);
+}
+
+// Areas come as domain polygons, holes, regions; of each kind the last one counts.
+static void judge_face(nmm_body *body, face_walk *walk, int face) {
+    int last[3] = {-1, -1, -1};
+    for (int i = 0; i < walk->n_active; i++) {
+        const int area = walk->active[i];
+        const nmm_area_kind kind = body->area[area].kind;
+        last[kind] = nmm_max_int(last[kind], area);
     }
-    *touched = false;
-    while (n_stack > 0) {
-        const int face = outlines->stack[--n_stack];
-        if (fill_face(body, k, face)) *touched = true;
-        n_stack = push_neighbours(a, outlines, k, n_stack, face);
+    if (last[NMM_AREA_DOMAIN] < 0) return;
+    for (int i = 0; i < walk->n_active; i++)
+        walk->touched[walk->active[i]] = true;
+    if (last[NMM_AREA_HOLE] >= 0) return;
+    const int area = nmm_max_int(last[NMM_AREA_DOMAIN], last[NMM_AREA_REGION]);
+    body->material[face] = body->area[area].area->material;
+}
+
+// Depth first over the tree of faces, stepping back over the same edges.
+static void judge_faces(nmm_body *body, face_walk *walk) {
+    const nmm_arrangement *a = &body->arrangement;
+    int face = 0;
+    for (;;) {
+        const int child = walk->child[face];
+        if (child >= 0) {
+            walk->child[face] = walk->sibling[child];
+            cross_edge(body, walk, walk->way[child], 1);
+            judge_face(body, walk, child);
+            face = child;
+        } else {
+            if (face == 0) return;
+            cross_edge(body, walk, walk->way[face], -1);
+            face = a->face[walk->way[face] ^ 1];
+        }
     }
-    for (int i = begin; i < end; i++)
-        outlines->net[outlines->half[i] / 2] = 0;
 }
 
 static nmm_status fill_areas(nmm_cut *cut) {
     nmm_body *body = &cut->body;
-    const size_t n_face = (size_t)body->arrangement.n_face;
+    const nmm_arrangement *a = &body->arrangement;
+    const size_t n_face = (size_t)a->n_face;
+    face_walk walk = {0};
+    int *queue = NULL, n = 1;
     TRY(nmm_arena_take(cut->context, &body->arena, &body->material, n_face, sizeof(int)));
-    TRY(nmm_arena_take(cut->context, &body->arena, &body->within, n_face, sizeof(bool)));
+    TRY(nmm_arena_take(cut->context, &body->arena, &queue, n_face, sizeof(int)));
+    TRY(open_walk(cut, &walk));
     for (size_t f = 0; f < n_face; f++)
         body->material[f] = -1;
-    outline_table outlines = {0};
-    TRY(list_outlines(cut, &outlines));
+    // A tree over the faces, breadth first from face 0.
+    for (int i = 0; i < n; i++)
+        n = enter_neighbours(a, &walk, queue[i], queue, n);
+    judge_faces(body, &walk);
     for (int k = 0; k < body->n_area; k++) {
-        bool touched = false;
-        fill_area(body, &outlines, k, &touched);
-        if (touched) continue;
+        if (walk.touched[k]) continue;
         if (body->area[k].kind == NMM_AREA_HOLE) {
             return nmm_scene_reject(cut->context, cut->scene, body->area[k].area->mark,
                                     "this hole lies outside the domain");
@@ -163,41 +170,61 @@ static nmm_status fill_areas(nmm_cut *cut) {
 // --- Triangles
 // ------------------------------------------------------------------------------------
 
+// The mesh line that an edge lies on; NULL: none, or more than one, which tells nothing.
+static const nmm_line *mesh_line_of(const nmm_body *body, int e, int *source) {
+    const nmm_arrangement *a = &body->arrangement;
+    const nmm_line *found = NULL;
+    for (int s = a->source_start[e]; s < a->source_start[e + 1]; s++) {
+        const nmm_line *line = &body->line[a->source[s] / 2];
+        if (line->kind != NMM_LINE_MESH) continue;
+        if (found != NULL) return NULL;
+        found = line;
+        *source = a->source[s];
+    }
+    return found;
+}
+
+// Give a face its triangle, once, and note it.
+static void give_triangle(nmm_body *body, int face, nmm_triangle triangle, int *queue, int *n) {
+    if (face == 0 || body->triangle[face].down >= 0) return;
+    body->triangle[face] = triangle;
+    queue[(*n)++] = face;
+}
+
+// Hand the triangle of a face on to its neighbours in the same triangle.
+static void hand_on(nmm_body *body, int face, int *queue, int *n) {
+    const nmm_arrangement *a = &body->arrangement;
+    for (int c = a->face_start[face]; c < a->face_start[face + 1]; c++) {
+        int h = a->cycle[c];
+        do {
+            if (!body->mesh[h / 2]) {
+                give_triangle(body, a->face[h ^ 1], body->triangle[face], queue, n);
+            }
+            h = a->next[h];
+        } while (h != a->cycle[c]);
+    }
+}
+
 // Mesh lines name the triangles on both sides; the other faces have the triangle of a neighbour.
 static nmm_status find_triangles(nmm_cut *cut) {
     nmm_body *body = &cut->body;
     const nmm_arrangement *a = &body->arrangement;
-    int *stack = NULL, n_stack = 0;
+    int *queue = NULL, n = 0;
     const size_t n_face = (size_t)a->n_face;
-    TRY(nmm_arena_take(cut->context, &body->arena, &stack, n_face, sizeof(int)));
+    TRY(nmm_arena_take(cut->context, &body->arena, &queue, n_face, sizeof(int)));
     TRY(nmm_arena_take(cut->context, &body->arena, &body->triangle, n_face, sizeof(nmm_triangle)));
     for (size_t f = 0; f < n_face; f++)
         body->triangle[f].down = -1;
-    for (int s = 0, e = 0; s < a->source_start[a->n_edge]; s++) {
-        while (s >= a->source_start[e + 1])
-            e += 1;
-        const nmm_line *line = &body->line[a->source[s] / 2];
-        for (int side = 0; side < 2 && line->kind == NMM_LINE_MESH; side++) {
-            const int face = a->face[2 * e + (a->source[s] % 2 ^ side)];
-            if (face == 0 || body->triangle[face].down >= 0) continue;
-            body->triangle[face] = nmm_mesh_line_triangle(line->mesh, side);
-            stack[n_stack++] = face;
+    for (int e = 0; e < a->n_edge; e++) {
+        int source = 0;
+        const nmm_line *line = mesh_line_of(body, e, &source);
+        for (int side = 0; side < 2 && line != NULL; side++) {
+            const int face = a->face[(2 * e + source % 2) ^ side];
+            give_triangle(body, face, nmm_mesh_line_triangle(line->mesh, side), queue, &n);
         }
     }
-    while (n_stack > 0) {
-        const int face = stack[--n_stack];
-        for (int c = a->face_start[face]; c < a->face_start[face + 1]; c++) {
-            int h = a->cycle[c];
-            do {
-                const int other = a->face[h ^ 1];
-                if (!body->mesh[h / 2] && other != 0 && body->triangle[other].down < 0) {
-                    body->triangle[other] = body->triangle[face];
-                    stack[n_stack++] = other;
-                }
-                h = a->next[h];
-            } while (h != a->cycle[c]);
-        }
-    }
+    for (int i = 0; i < n; i++)
+        hand_on(body, queue[i], queue, &n);
     return NMM_OK;
 }
 

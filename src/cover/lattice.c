@@ -2,7 +2,8 @@
 //
 // Origin, spacing and mesh of a scene, and the linear weight functions of the mesh. The spacing is
 // a power of two, so that going between integers and metres loses nothing; it is about 2^-39 of the
-// scene's size, but not finer than the coordinates themselves can be.
+// scene's size, but not finer than the coordinates themselves can be. What is nearer than about
+// 2^-28 of the scene's size is one thing.
 
 #include "lattice.h"
 
@@ -10,7 +11,9 @@
 
 // Integer coordinates of the scene and its surroundings span at most 2^41.
 #define SPAN_BITS 41
-#define SMALLEST_SIDE 4096
+// Welding reaches this far at least [spacing]; a side is this much longer.
+#define SMALLEST_REACH 8
+#define SMALLEST_RATIO 16384
 #define LARGEST_RATIO 1000.0
 #define MOST_ELEMENTS 8e6
 
@@ -164,9 +167,10 @@ nmm_status nmm_lattice_choose(nmm_context *context, nmm_scene *scene, nmm_lattic
     lattice->spacing = power_above(nmm_max(ldexp(3 * extent + 4 * size, -SPAN_BITS), digit));
     lattice->side = 2 * llround(size / (2 * lattice->spacing));
     lattice->rise = 2 * llround((double)lattice->side * sqrt(3) / 4);
-    const double reach = nmm_max(ldexp(extent, -30), 8 * digit) / lattice->spacing;
-    lattice->reach = 1 + (int64_t)reach;
-    if (lattice->side < SMALLEST_SIDE || lattice->side < 8 * lattice->reach) {
+    const double fine = nmm_min(ldexp(extent, -28), ldexp(size, -16));
+    const double reach = nmm_max(fine, 8 * digit) / lattice->spacing;
+    lattice->reach = reach > SMALLEST_REACH ? (int64_t)reach : SMALLEST_REACH;
+    if (lattice->side < SMALLEST_RATIO * lattice->reach) {
         return nmm_scene_reject(context, scene, nowhere,
                                 "covers.size is %g m, too small for a scene of %g m at "
                                 "coordinates of %g m",
@@ -238,8 +242,10 @@ void nmm_lattice_gradient(const nmm_lattice *lattice, nmm_triangle t, double gra
 nmm_isegment nmm_mesh_line_segment(const nmm_lattice *lattice, nmm_mesh_line line) {
     const nmm_node from = {line.i + (line.direction == 2), line.j};
     const nmm_node to = {line.i + (line.direction == 0), line.j + (line.direction != 0)};
-    return (nmm_isegment){nmm_lattice_node(lattice, from), nmm_lattice_node(lattice, to),
-                          NMM_FAMILY_MESH};
+    return (nmm_isegment){.a = nmm_lattice_node(lattice, from),
+                          .b = nmm_lattice_node(lattice, to),
+                          .family = NMM_FAMILY_MESH,
+                          .rank = NMM_RANK_MESH};
 }
 
 nmm_triangle nmm_mesh_line_triangle(nmm_mesh_line line, int side) {

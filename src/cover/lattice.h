@@ -14,6 +14,9 @@
 #include "integer.h"
 #include "scene.h"
 
+/// What keeps its place when things are welded: see nmm_arrangement_weld.
+enum { NMM_RANK_OUTLINE, NMM_RANK_REGION, NMM_RANK_JOINT, NMM_RANK_MESH };
+
 typedef struct nmm_lattice {
     nmm_vec2 origin; // [m] scene coordinates of the integer point (0, 0)
     double spacing;  // [m] of the integer lattice, a power of two
@@ -21,7 +24,7 @@ typedef struct nmm_lattice {
     double area;     // [m2] domain and blocks, before cutting
     int64_t side;    // [spacing] side of a triangle, even
     int64_t rise;    // [spacing] height of a row, even
-    int64_t reach;   // [spacing] how far joint ends are lengthened, to meet what they just miss
+    int64_t reach;   // [spacing] what is nearer is welded
     nmm_ipoint base; // node (0, 0)
 } nmm_lattice;
 

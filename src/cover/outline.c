@@ -8,15 +8,13 @@
 
 #include "cut.h"
 
-#include <math.h>
-
-static nmm_status add_segment(nmm_cut *cut, nmm_ipoint a, nmm_ipoint b, int family, nmm_line line) {
+static nmm_status add_segment(nmm_cut *cut, nmm_isegment segment, nmm_line line) {
     nmm_body *body = &cut->body;
-    if (nmm_ipoint_equal(a, b)) return NMM_OK;
+    if (nmm_ipoint_equal(segment.a, segment.b)) return NMM_OK;
     const int n = body->n_segment + 1;
     TRY(nmm_grow(cut->context, &body->segment, &body->segment_capacity, n, sizeof(nmm_isegment)));
     TRY(nmm_grow(cut->context, &body->line, &body->line_capacity, n, sizeof(nmm_line)));
-    body->segment[n - 1] = (nmm_isegment){a, b, family};
+    body->segment[n - 1] = segment;
     body->line[n - 1] = line;
     body->n_segment = n;
     return NMM_OK;
@@ -121,7 +119,9 @@ static nmm_status add_area(nmm_cut *cut, const nmm_box *box, int k) {
     for (int i = 0; i < n; i++) {
         const nmm_ipoint a = snapped[i], b = snapped[i + 1 < n ? i + 1 : 0];
         const nmm_line line = {.kind = NMM_LINE_AREA, .index = k};
-        TRY(add_segment(cut, size > 0 ? a : b, size > 0 ? b : a, k, line));
+        const int rank = kind == NMM_AREA_REGION ? NMM_RANK_REGION : NMM_RANK_OUTLINE;
+        const nmm_isegment side = {size > 0 ? a : b, size > 0 ? b : a, k, rank};
+        TRY(add_segment(cut, side, line));
     }
     return NMM_OK;
 }
@@ -129,36 +129,16 @@ static nmm_status add_area(nmm_cut *cut, const nmm_box *box, int k) {
 // --- Joints
 // ---------------------------------------------------------------------------------------
 
-// A tail at `end` of the joint, in the direction from `before`.
-static nmm_status add_tail(nmm_cut *cut, int k, nmm_ipoint before, nmm_ipoint end) {
-    const double dx = (double)(end.x - before.x), dy = (double)(end.y - before.y);
-    const double factor = (double)cut->lattice.reach / sqrt(dx * dx + dy * dy);
-    const nmm_ipoint tip = {end.x + llround(factor * dx), end.y + llround(factor * dy)};
-    const nmm_line line = {.kind = NMM_LINE_JOINT, .index = k};
-    return add_segment(cut, end, tip, NMM_FAMILY_NONE, line);
-}
-
 static nmm_status add_joint(nmm_cut *cut, const nmm_box *box, int k) {
     const nmm_scene_joint *joint = &cut->scene->joint[k];
-    const nmm_lattice *lattice = &cut->lattice;
-    const nmm_vec2 first = joint->corner[0], last = joint->corner[joint->n - 1];
-    const bool closed =
-        nmm_ipoint_equal(nmm_lattice_snap(lattice, first), nmm_lattice_snap(lattice, last));
-    bool started = false;
-    nmm_ipoint before = {0, 0}, end = {0, 0};
+    const nmm_line line = {.kind = NMM_LINE_JOINT, .index = k};
     for (int i = 0; i + 1 < joint->n; i++) {
         nmm_vec2 p = joint->corner[i], q = joint->corner[i + 1];
         if (!clip_segment(box, &p, &q)) continue;
-        const nmm_ipoint a = nmm_lattice_snap(lattice, p), b = nmm_lattice_snap(lattice, q);
-        if (nmm_ipoint_equal(a, b)) continue;
-        const nmm_line line = {.kind = NMM_LINE_JOINT, .index = k};
-        TRY(add_segment(cut, a, b, NMM_FAMILY_NONE, line));
-        if (!started && !closed) TRY(add_tail(cut, k, b, a));
-        started = true;
-        before = a;
-        end = b;
+        const nmm_ipoint a = nmm_lattice_snap(&cut->lattice, p);
+        const nmm_ipoint b = nmm_lattice_snap(&cut->lattice, q);
+        TRY(add_segment(cut, (nmm_isegment){a, b, NMM_FAMILY_NONE, NMM_RANK_JOINT}, line));
     }
-    if (started && !closed) TRY(add_tail(cut, k, before, end));
     return NMM_OK;
 }
 

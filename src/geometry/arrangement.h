@@ -3,8 +3,9 @@
 // The planar arrangement of integer segments: snap rounding, then faces.
 //
 //   segments -> hot pixels (ends and rounded crossings) -> segments re-routed through the pixels
-//   they pass, again and again until nothing moves -> edges without duplicates -> half-edges sorted
-//   by angle -> faces -> islands put into the face around them -> edges that divide nothing dropped
+//   they pass, again and again until nothing moves -> edges without duplicates -> what is very near
+//   welded -> half-edges sorted by angle -> faces -> islands put into the face around them -> edges
+//   that divide nothing dropped
 //
 // All decisions are exact (integer.h). The result depends on the set of segments only, not on their
 // order or direction; which segments an edge came from is kept, so attributes stay the caller's.
@@ -44,19 +45,23 @@ typedef struct nmm_arrangement {
     nmm_ipoint *crossing;
     int *chain, *hit;
     struct nmm_fragment *fragment;
-    int crossing_capacity, chain_capacity, hit_capacity, fragment_capacity;
+    struct nmm_near *near;
+    int crossing_capacity, chain_capacity, hit_capacity, fragment_capacity, near_capacity;
     int n_crossing, n_chain, n_hit, n_fragment;
     nmm_arena arena;
 } nmm_arrangement;
 
-/// Arrange `n` segments. Segments without length are left out.
+/// Arrange `n` segments; what is nearer than `reach` units is welded (0: nothing). Segments without
+/// length are left out.
 nmm_status nmm_arrangement_build(nmm_context *context, nmm_arrangement *arrangement, int n,
-                                 const nmm_isegment *segment);
+                                 const nmm_isegment *segment, int64_t reach);
 void nmm_arrangement_destroy(nmm_context *context, nmm_arrangement *arrangement);
 
-/// The two halves of the build: vertices, edges and sources; half-edges and faces.
+/// The parts of the build: vertices, edges and sources; the same, welded; half-edges and faces.
 nmm_status nmm_arrangement_snap(nmm_context *context, nmm_arrangement *arrangement, int n,
                                 const nmm_isegment *segment);
+nmm_status nmm_arrangement_weld(nmm_context *context, nmm_arrangement *arrangement,
+                                const nmm_isegment *segment, int64_t reach);
 nmm_status nmm_arrangement_subdivide(nmm_context *context, nmm_arrangement *arrangement);
 
 /// Union-find over 0..n-1; the root of a set is its smallest member.

@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-#define MARGIN 2
+#define MARGIN 2 // in units, far above the rounding
 
 static int clamp_cell(int64_t offset, int shift, int n) {
     if (offset < 0) return 0;
@@ -19,8 +19,8 @@ static int clamp_cell(int64_t offset, int shift, int n) {
 nmm_span nmm_grid_rows(const nmm_grid *grid, const nmm_isegment *segment) {
     const int64_t ay = segment->a.y - grid->low.y, by = segment->b.y - grid->low.y;
     const int64_t low = ay < by ? ay : by, high = ay < by ? by : ay;
-    return (nmm_span){clamp_cell(low - MARGIN, grid->shift, grid->ny),
-                      clamp_cell(high + MARGIN, grid->shift, grid->ny) + 1};
+    return (nmm_span){clamp_cell(low - grid->margin, grid->shift, grid->ny),
+                      clamp_cell(high + grid->margin, grid->shift, grid->ny) + 1};
 }
 
 static double within(double low, double high, double y) {
@@ -35,14 +35,14 @@ nmm_span nmm_grid_columns(const nmm_grid *grid, const nmm_isegment *segment, int
     if (a.y != b.y) {
         // The part of the segment within the row.
         const double ay = (double)(a.y - grid->low.y), by = (double)(b.y - grid->low.y);
-        const double bottom = ldexp(row, grid->shift) - MARGIN;
-        const double top = ldexp(row + 1, grid->shift) + MARGIN;
+        const double bottom = ldexp(row, grid->shift) - (double)grid->margin;
+        const double top = ldexp(row + 1, grid->shift) + (double)grid->margin;
         const double slope = (bx - ax) / (by - ay);
         low = ax + (within(ay, by, bottom) - ay) * slope;
         high = ax + (within(ay, by, top) - ay) * slope;
     }
-    const int64_t left = (int64_t)floor(nmm_min(low, high)) - MARGIN;
-    const int64_t right = (int64_t)ceil(nmm_max(low, high)) + MARGIN;
+    const int64_t left = (int64_t)floor(nmm_min(low, high)) - grid->margin;
+    const int64_t right = (int64_t)ceil(nmm_max(low, high)) + grid->margin;
     return (nmm_span){clamp_cell(left, grid->shift, grid->nx),
                       clamp_cell(right, grid->shift, grid->nx) + 1};
 }
@@ -99,7 +99,7 @@ static void enter_segment(nmm_grid *grid, const nmm_isegment *segment, int i, in
 
 nmm_status nmm_grid_build(nmm_context *context, nmm_arena *arena, nmm_grid *grid, int n,
                           const nmm_isegment *segment) {
-    *grid = (nmm_grid){0};
+    *grid = (nmm_grid){.margin = MARGIN};
     if (n > 0) choose_cells(grid, n, segment);
     const int n_cell = grid->nx * grid->ny;
     TRY(nmm_arena_take(context, arena, &grid->start, (size_t)n_cell + 1, sizeof(int)));

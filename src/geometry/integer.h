@@ -26,6 +26,7 @@ enum { NMM_FAMILY_NONE = -1, NMM_FAMILY_MESH = -2 };
 typedef struct nmm_isegment {
     nmm_ipoint a, b;
     int family;
+    int rank; // what is welded keeps the place of the lowest rank
 } nmm_isegment;
 
 static inline bool nmm_ipoint_equal(nmm_ipoint a, nmm_ipoint b) {

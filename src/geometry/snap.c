@@ -138,7 +138,7 @@ static nmm_status search_cell(nmm_context *context, nmm_arrangement *arrangement
 // The vertices strictly inside a link, in order, into arrangement->hit.
 static nmm_status search_link(nmm_context *context, nmm_arrangement *arrangement,
                               const nmm_grid *grid, const int link[2]) {
-    const nmm_isegment s = {arrangement->vertex[link[0]], arrangement->vertex[link[1]], 0};
+    const nmm_isegment s = {.a = arrangement->vertex[link[0]], .b = arrangement->vertex[link[1]]};
     const bool down = s.b.y < s.a.y, left = s.b.x < s.a.x;
     const nmm_span rows = nmm_grid_rows(grid, &s);
     arrangement->n_hit = 0;
@@ -204,7 +204,7 @@ static nmm_status route_all(nmm_context *context, nmm_arrangement *arrangement, 
     nmm_grid grid;
     TRY(nmm_arena_take(context, &arrangement->arena, &hot, (size_t)n_vertex, sizeof *hot));
     for (int v = 0; v < n_vertex; v++)
-        hot[v] = (nmm_isegment){arrangement->vertex[v], arrangement->vertex[v], 0};
+        hot[v] = (nmm_isegment){.a = arrangement->vertex[v], .b = arrangement->vertex[v]};
     TRY(nmm_grid_build(context, &arrangement->arena, &grid, n_vertex, hot));
     arrangement->n_fragment = 0;
     for (int i = 0; i < n; i++) {
@@ -286,8 +286,9 @@ nmm_status nmm_arrangement_snap(nmm_context *context, nmm_arrangement *arrangeme
 }
 
 nmm_status nmm_arrangement_build(nmm_context *context, nmm_arrangement *arrangement, int n,
-                                 const nmm_isegment *segment) {
+                                 const nmm_isegment *segment, int64_t reach) {
     TRY(nmm_arrangement_snap(context, arrangement, n, segment));
+    TRY(nmm_arrangement_weld(context, arrangement, segment, reach));
     return nmm_arrangement_subdivide(context, arrangement);
 }
 
@@ -296,6 +297,7 @@ void nmm_arrangement_destroy(nmm_context *context, nmm_arrangement *arrangement)
     nmm_release(context, &arrangement->chain);
     nmm_release(context, &arrangement->hit);
     nmm_release(context, &arrangement->fragment);
+    nmm_release(context, &arrangement->near);
     nmm_arena_destroy(context, &arrangement->arena);
     *arrangement = (nmm_arrangement){0};
 }

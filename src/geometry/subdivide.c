@@ -146,7 +146,7 @@ static void meet_edge(left_ray *ray, int e) {
 // The half-edge next to the left of vertex v; walks the row of cells until something is met.
 static int shoot(const nmm_arrangement *a, const nmm_grid *grid, int v) {
     left_ray ray = {.a = a, .from = a->vertex[v], .half = -1};
-    const nmm_isegment here = {ray.from, ray.from, 0};
+    const nmm_isegment here = {.a = ray.from, .b = ray.from};
     const int row = nmm_grid_rows(grid, &here).first;
     for (int column = nmm_grid_columns(grid, &here, row).end - 1; column >= 0; column--) {
         const int cell = nmm_grid_cell(grid, row, column);
@@ -165,7 +165,8 @@ static nmm_status build_edge_grid(nmm_context *context, nmm_arrangement *a, nmm_
     nmm_isegment *segment = NULL;
     TRY(nmm_arena_take(context, &a->arena, &segment, (size_t)a->n_edge, sizeof *segment));
     for (int e = 0; e < a->n_edge; e++) {
-        segment[e] = (nmm_isegment){a->vertex[a->edge[2 * e]], a->vertex[a->edge[2 * e + 1]], 0};
+        segment[e] =
+            (nmm_isegment){.a = a->vertex[a->edge[2 * e]], .b = a->vertex[a->edge[2 * e + 1]]};
     }
     return nmm_grid_build(context, &a->arena, grid, a->n_edge, segment);
 }

@@ -161,7 +161,7 @@ static void small_angle(void **state) {
     stage_close(&n.s);
 }
 
-// Slivers of 1e-12 of an element live; what is thinner than the lattice vanishes.
+// Thin slivers live; what is thinner than welding reaches vanishes.
 static void slivers(void **state) {
     (void)state;
     for (int k = 6; k <= 16; k++) {
@@ -171,7 +171,7 @@ static void slivers(void **state) {
         stage_line(&n.s, -1, 10, SIDE + 1, 10);
         stage_line(&n.s, -1, 10 + gap, SIDE + 1, 10 + gap);
         stage_build(&n.s);
-        assert_int_equal(n.s.model.n_block, gap > n.s.report.snap ? 3 : 2);
+        assert_int_equal(n.s.model.n_block, gap > n.s.report.weld ? 3 : 2);
         if (k == 6) assert_true(n.s.report.smallest_area < 1e-5);
         assert_true(n.s.report.smallest_area > 0);
         stage_close(&n.s);

@@ -27,11 +27,11 @@ static void work_close(work *w) {
 }
 
 static void work_build(work *w) {
-    assert_int_equal(nmm_arrangement_build(&w->context, &w->a, w->n, w->segment), NMM_OK);
+    assert_int_equal(nmm_arrangement_build(&w->context, &w->a, w->n, w->segment, 0), NMM_OK);
 }
 
 static void add(work *w, int64_t ax, int64_t ay, int64_t bx, int64_t by) {
-    w->segment[w->n++] = (nmm_isegment){{ax, ay}, {bx, by}, NMM_FAMILY_NONE};
+    w->segment[w->n++] = (nmm_isegment){{ax, ay}, {bx, by}, NMM_FAMILY_NONE, 0};
 }
 
 static void add_square(work *w, int64_t x, int64_t y, int64_t side) {
@@ -51,10 +51,10 @@ static nmm_ipoint start_of(const nmm_arrangement *a, int half) {
 // No two edges cross, no vertex lies on an edge that it does not end.
 static void check_planar(const nmm_arrangement *a) {
     for (int e = 0; e < a->n_edge; e++) {
-        const nmm_isegment s = {start_of(a, 2 * e), start_of(a, 2 * e + 1), 0};
+        const nmm_isegment s = {start_of(a, 2 * e), start_of(a, 2 * e + 1), 0, 0};
         assert_true(a->edge[2 * e] < a->edge[2 * e + 1]);
         for (int f = 0; f < e; f++) {
-            const nmm_isegment t = {start_of(a, 2 * f), start_of(a, 2 * f + 1), 0};
+            const nmm_isegment t = {start_of(a, 2 * f), start_of(a, 2 * f + 1), 0, 0};
             assert_false(nmm_isegment_cross(s, t));
         }
         for (int v = 0; v < a->n_vertex; v++) {
@@ -325,7 +325,7 @@ static void order_and_direction(void **state) {
             const int j = (int)random_below(&random, i + 1);
             const nmm_isegment moved = w.segment[i];
             w.segment[i] = w.segment[j];
-            w.segment[j] = (nmm_isegment){moved.b, moved.a, moved.family};
+            w.segment[j] = (nmm_isegment){moved.b, moved.a, moved.family, 0};
         }
         work_build(&w);
         assert_true(hash == arrangement_hash(&w.a));

@@ -22,34 +22,34 @@ static void orientation_at_the_limits(void **state) {
 
 static void crossing_segments(void **state) {
     (void)state;
-    const nmm_isegment s = {{0, 0}, {10, 10}, 0}, t = {{0, 10}, {10, 0}, 0};
+    const nmm_isegment s = {{0, 0}, {10, 10}, 0, 0}, t = {{0, 10}, {10, 0}, 0, 0};
     assert_true(nmm_isegment_cross(s, t));
     const nmm_ipoint p = nmm_isegment_crossing(s, t);
     assert_true(p.x == 5 && p.y == 5);
     // Ends that touch, segments on one line and parallel ones do not cross.
-    assert_false(nmm_isegment_cross(s, (nmm_isegment){{5, 5}, {9, 0}, 0}));
-    assert_false(nmm_isegment_cross(s, (nmm_isegment){{5, 5}, {20, 20}, 0}));
-    assert_false(nmm_isegment_cross(s, (nmm_isegment){{0, 1}, {10, 11}, 0}));
+    assert_false(nmm_isegment_cross(s, (nmm_isegment){{5, 5}, {9, 0}, 0, 0}));
+    assert_false(nmm_isegment_cross(s, (nmm_isegment){{5, 5}, {20, 20}, 0, 0}));
+    assert_false(nmm_isegment_cross(s, (nmm_isegment){{0, 1}, {10, 11}, 0, 0}));
 }
 
 static void halves_are_rounded_up(void **state) {
     (void)state;
-    const nmm_isegment s = {{0, 0}, {1, 0}, 0};
+    const nmm_isegment s = {{0, 0}, {1, 0}, 0, 0};
     // Crossing at (1/2, 0), then at (-1/2, 0).
-    nmm_ipoint p = nmm_isegment_crossing(s, (nmm_isegment){{0, -1}, {1, 1}, 0});
+    nmm_ipoint p = nmm_isegment_crossing(s, (nmm_isegment){{0, -1}, {1, 1}, 0, 0});
     assert_true(p.x == 1 && p.y == 0);
-    p = nmm_isegment_crossing((nmm_isegment){{-1, 0}, {0, 0}, 0},
-                              (nmm_isegment){{-1, -1}, {0, 1}, 0});
+    p = nmm_isegment_crossing((nmm_isegment){{-1, 0}, {0, 0}, 0, 0},
+                              (nmm_isegment){{-1, -1}, {0, 1}, 0, 0});
     assert_true(p.x == 0 && p.y == 0);
 }
 
 static void crossing_at_the_limits(void **state) {
     (void)state;
-    const nmm_isegment s = {{-big, -big}, {big, big}, 0}, t = {{-big, big}, {big, -big}, 0};
+    const nmm_isegment s = {{-big, -big}, {big, big}, 0, 0}, t = {{-big, big}, {big, -big}, 0, 0};
     nmm_ipoint p = nmm_isegment_crossing(s, t);
     assert_true(p.x == 0 && p.y == 0);
     // Nearly parallel.
-    const nmm_isegment u = {{-big, -big + 1}, {big, big - 1}, 0};
+    const nmm_isegment u = {{-big, -big + 1}, {big, big - 1}, 0, 0};
     p = nmm_isegment_crossing(s, u);
     assert_true(p.x == 0 && p.y == 0);
 }
@@ -67,8 +67,8 @@ static void crossing_does_not_depend_on_direction(void **state) {
             p[i].y =
                 (int64_t)(nmm_random_next(&random) >> (64 - bits)) - (INT64_C(1) << (bits - 1));
         }
-        const nmm_isegment s = {p[0], p[1], 0}, t = {p[2], p[3], 0};
-        const nmm_isegment back = {p[1], p[0], 0}, turned = {p[3], p[2], 0};
+        const nmm_isegment s = {p[0], p[1], 0, 0}, t = {p[2], p[3], 0, 0};
+        const nmm_isegment back = {p[1], p[0], 0, 0}, turned = {p[3], p[2], 0, 0};
         const bool cross = nmm_isegment_cross(s, t);
         assert_int_equal(cross, nmm_isegment_cross(turned, back));
         if (!cross) continue;
