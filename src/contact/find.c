@@ -174,21 +174,22 @@ static int order_of(const nmm_contact *old, const nmm_raw *raw) {
 // Merge the raw contacts with bonded ones that the search did not bring.
 static int make_list(nmm_contact_search *search, const nmm_model *model, const nmm_state *state,
                      int n_raw) {
+    // A run that goes on from a file has contacts already.
+    const bool begins = !search->started && state->step == 0;
     int n = 0, old = 0;
     for (int i = 0; i < n_raw || old < state->n_contact;) {
-        const nmm_contact *before = &state->contact[old];
         const int order = old >= state->n_contact ? 1
                           : i >= n_raw            ? -1
-                                                  : order_of(before, &search->sorted[i]);
+                                       : order_of(&state->contact[old], &search->sorted[i]);
         if (order < 0) {
-            if (before->bonded) search->next[n++] = *before;
+            if (state->contact[old].bonded) search->next[n++] = state->contact[old];
             old += 1;
             continue;
         }
         const nmm_raw *raw = &search->sorted[i++];
         if (order == 0) old += 1;
         search->next[n] = with_history(search, model, state, raw);
-        if (!search->started) begin_contact(model, state, &search->next[n]);
+        if (begins) begin_contact(model, state, &search->next[n]);
         n += 1;
     }
     return n;

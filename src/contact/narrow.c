@@ -80,15 +80,15 @@ static void add_raw(narrowing *now, int vertex, int edge, double length, bool co
 }
 
 // One end of the shared interval: vertex u of edge f lies `ahead` of vertex w of edge e, seen from
-// inside the interval: then w is the end, on f; behind: u is, on e; both: as before, or the lower
-// one.
+// inside the interval: then w is the end, on f; behind: u is, on e. Where they nearly coincide the
+// one that was listed stays, so that elastic slip does not change the list in every step.
 static void add_end(narrowing *now, int u, int e, int w, int f, double ahead, double length) {
-    const double same = NMM_SAME * now->model->size;
-    bool take_u = ahead < 0;
-    if (fabs(ahead) <= same) {
+    const double size = now->model->size;
+    bool take_u = fabs(ahead) <= NMM_EXACT * size ? u < w : ahead < 0;
+    if (fabs(ahead) <= NMM_SAME * size) {
         const bool had_u = nmm_contact_lookup(now->state, u, e) != NULL;
         const bool had_w = nmm_contact_lookup(now->state, w, f) != NULL;
-        take_u = had_u != had_w ? had_u : u < w;
+        if (had_u != had_w) take_u = had_u;
     }
     if (take_u)
         add_raw(now, u, e, length, false);
@@ -102,7 +102,7 @@ static void edge_edge(narrowing *now, int f, int e, const nmm_edge_line *lf,
     const double a = nmm_vec2_dot(le->t, nmm_vec2_sub(lf->p, le->p));
     const double b = nmm_vec2_dot(le->t, nmm_vec2_sub(lf->q, le->p));
     const double high = nmm_min(a, le->length), low = nmm_max(b, 0);
-    if (high - low <= 1e-9 * now->model->size) return;
+    if (high - low <= NMM_EXACT * now->model->size) return;
     const double length = 0.5 * share * (high - low);
     add_end(now, f, e, now->model->vertex_next[e], f, a - le->length, length);
     add_end(now, now->model->vertex_next[f], e, e, f, -b, length);
@@ -182,12 +182,17 @@ static bool still_near(const narrowing *now, nmm_edge_pair pair) {
 // --- All pairs
 // -------------------------------------------------------------------------------------------
 
-// Insertion sort by edge, then equal edges are added up; returns how many are left.
+// By edge, then by length: sums of lengths do not depend on the order of the pairs.
+static bool comes_after(const nmm_raw *a, const nmm_raw *b) {
+    return a->edge != b->edge ? a->edge > b->edge : a->length > b->length;
+}
+
+// Insertion sort, then equal edges are added up; returns how many are left.
 static int merge_vertex(nmm_raw *raw, int n) {
     for (int i = 1; i < n; i++) {
         const nmm_raw moved = raw[i];
         int k = i;
-        for (; k > 0 && raw[k - 1].edge > moved.edge; k--)
+        for (; k > 0 && comes_after(&raw[k - 1], &moved); k--)
             raw[k] = raw[k - 1];
         raw[k] = moved;
     }
@@ -267,7 +272,8 @@ static nmm_status sort_raw(nmm_context *context, nmm_contact_search *search, con
         const int end = start[v];
         int count = merge_vertex(search->sorted + begin, end - begin);
         count = choose_entrance(model, state, search->sorted + begin, count);
-        memmove(search->sorted + kept, search->sorted + begin, (size_t)count * sizeof(nmm_raw));
+        for (int k = 0; k < count; k++)
+            search->sorted[kept + k] = search->sorted[begin + k];
         kept += count;
         begin = end;
     }

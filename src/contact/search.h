@@ -8,7 +8,8 @@
 #include "contact.h"
 
 /// Lengths as parts of the cover size h.
-#define NMM_SAME 0.01   // ends of edges nearer than this count as one
+#define NMM_EXACT 1e-9  // rounding
+#define NMM_SAME 1e-3   // of two vertices nearer than this the one that was listed stays
 #define NMM_CORNER 0.5  // tributary length of a corner
 #define NMM_DEEPEST 0.5 // overlap that is still a contact with history
 /// Sines of angles between edges: blend from edge-edge to corner.

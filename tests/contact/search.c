@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: MIT
+//
+// The search: pairs of edges against all pairs, the same contacts for any number of threads and
+// whether the index was reused or made anew.
+
+#include "bodies.h"
+
+#include <stdlib.h>
+
+enum { MOST_BLOCKS = 400, MOST_CORNERS = 9 };
+
+typedef struct heap {
+    int n;
+    loop loops[MOST_BLOCKS];
+    nmm_vec2 corner[MOST_BLOCKS][MOST_CORNERS];
+} heap;
+
+// Convex polygons on circles of random size, thrown into a box with an area about their own.
+static void make_heap(heap *h, int n, nmm_random *random) {
+    const double side = 0.8 * sqrt((double)n);
+    h->n = n;
+    for (int k = 0; k < n; k++) {
+        const int corners = 3 + (int)(nmm_random_next(random) % (MOST_CORNERS - 2));
+        const double r = 0.1 + 0.5 * nmm_random_unit(random);
+        const nmm_vec2 c = {side * nmm_random_unit(random), side * nmm_random_unit(random)};
+        const double start = 6.3 * nmm_random_unit(random);
+        for (int i = 0; i < corners; i++) {
+            const double angle =
+                start + 6.283185307179586 * (i + 0.4 * nmm_random_unit(random)) / corners;
+            h->corner[k][i] = (nmm_vec2){c.x + r * cos(angle), c.y + r * sin(angle)};
+        }
+        h->loops[k] = (loop){k, corners, h->corner[k]};
+    }
+}
+
+static bodies open_heap(const heap *h, double size, int n_thread) {
+    bodies b = {.context.n_thread = n_thread};
+    assert_int_equal(bodies_open(&b, h->n, h->loops, size), NMM_OK);
+    return b;
+}
+
+// --- Against all pairs
+// -----------------------------------------------------------------------------------
+
+static double distance(const bodies *b, int vertex, int edge) {
+    const nmm_edge_line e = nmm_edge_line_of(&b->model, &b->state, edge);
+    const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(&b->model, &b->state, vertex), e.p);
+    const double along = nmm_min(e.length, nmm_max(0, nmm_vec2_dot(e.t, off)));
+    const nmm_vec2 rest = nmm_vec2_sub(off, nmm_vec2_scale(along, e.t));
+    return sqrt(nmm_vec2_dot(rest, rest));
+}
+
+static int compare_pairs(const void *a, const void *b) {
+    const nmm_edge_pair *p = a, *q = b;
+    if (p->a != q->a) return p->a < q->a ? -1 : 1;
+    return (p->b > q->b) - (p->b < q->b);
+}
+
+// Every vertex within reach of an edge of another block has its own edge paired with it, once.
+static void check_pairs(const bodies *b, double reach) {
+    const nmm_contact_search *s = b->search;
+    nmm_edge_pair *pair = calloc((size_t)s->n_pair + 1, sizeof *pair);
+    memcpy(pair, s->pair, (size_t)s->n_pair * sizeof *pair);
+    for (int k = 0; k < s->n_pair; k++) {
+        if (pair[k].a > pair[k].b) pair[k] = (nmm_edge_pair){pair[k].b, pair[k].a};
+    }
+    qsort(pair, (size_t)s->n_pair, sizeof *pair, compare_pairs);
+    for (int k = 0; k + 1 < s->n_pair; k++)
+        assert_true(compare_pairs(&pair[k], &pair[k + 1]) != 0);
+    for (int v = 0; v < b->model.n_vertex; v++) {
+        for (int e = 0; e < b->model.n_vertex; e++) {
+            if (b->model.vertex_block[v] == b->model.vertex_block[e]) continue;
+            if (distance(b, v, e) > reach) continue;
+            const nmm_edge_pair wanted = {nmm_min_int(v, e), nmm_max_int(v, e)};
+            assert_non_null(bsearch(&wanted, pair, (size_t)s->n_pair, sizeof *pair, compare_pairs));
+        }
+    }
+    free(pair);
+}
+
+static void test_pairs_are_complete(void **unused) {
+    (void)unused;
+    nmm_random random = nmm_random_seed(5);
+    static heap h;
+    for (int trial = 0; trial < 12; trial++) {
+        make_heap(&h, 10 + 10 * trial, &random);
+        bodies b = open_heap(&h, 0.1 + 0.1 * trial, 1);
+        for (int step = 0; step < 6; step++) {
+            const double reach = 0.1 * nmm_random_unit(&random);
+            bodies_shake(&b, &random, 0.02 * step);
+            bodies_find(&b, reach);
+            check_pairs(&b, reach);
+        }
+        bodies_close(&b);
+    }
+}
+
+// Blocks far away, far apart and on top of each other in the grid's last cells.
+static void test_far_away(void **unused) {
+    (void)unused;
+    const nmm_vec2 a[4] = BOX(0, 0, 1, 1), c[4] = BOX(0.5, 1, 1.5, 2);
+    const double away[] = {-1e3, 1e6, 1e9, -1e12};
+    for (int k = 0; k < 4; k++) {
+        const loop loops[2] = {{0, 4, a}, {1, 4, c}};
+        bodies b = {0};
+        assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+        bodies_put(&b, 1, away[k], 0, 0);
+        bodies_find(&b, 0.01);
+        assert_int_equal(b.state.n_contact, 0);
+        bodies_put(&b, 0, away[k], 0, 0);
+        bodies_find(&b, 0.01);
+        assert_true(b.state.n_contact >= 2);
+        bodies_close(&b);
+    }
+}
+
+// --- The same list
+// --------------------------------------------------------------------------------------
+
+static void assert_same_lists(const bodies *a, const bodies *b) {
+    assert_int_equal(a->state.n_contact, b->state.n_contact);
+    for (int k = 0; k < a->state.n_contact; k++) {
+        const nmm_contact *x = &a->state.contact[k], *y = &b->state.contact[k];
+        assert_int_equal(x->vertex, y->vertex);
+        assert_int_equal(x->edge, y->edge);
+        assert_int_equal(x->mode, y->mode);
+        assert_true(x->length == y->length);
+        assert_true(x->gap == y->gap);
+        assert_true(x->anchor == y->anchor);
+        assert_true(x->slip == y->slip);
+        assert_true(x->normal_force == y->normal_force);
+        assert_true(x->shear_force == y->shear_force);
+    }
+}
+
+// One step of a made-up motion.
+static void step(bodies *b, nmm_random *random, double amount, double reach) {
+    bodies_find(b, reach);
+    bodies_shake(b, random, amount);
+    bodies_evaluate(b);
+    bodies_commit(b, NULL);
+}
+
+static void test_threads(void **unused) {
+    (void)unused;
+    static heap h;
+    nmm_random random = nmm_random_seed(6);
+    make_heap(&h, MOST_BLOCKS, &random);
+    bodies b[3];
+    nmm_random own[3];
+    for (int t = 0; t < 3; t++) {
+        b[t] = open_heap(&h, 0.2, t + 1);
+        own[t] = nmm_random_seed(7);
+    }
+    for (int k = 0; k < 10; k++) {
+        for (int t = 0; t < 3; t++)
+            step(&b[t], &own[t], 0.01, 0.1);
+        assert_true(b[0].state.n_contact > 100);
+        assert_same_lists(&b[0], &b[1]);
+        assert_same_lists(&b[0], &b[2]);
+    }
+    for (int t = 0; t < 3; t++)
+        bodies_close(&b[t]);
+}
+
+static void test_reused_or_new_index(void **unused) {
+    (void)unused;
+    static heap h;
+    nmm_random random = nmm_random_seed(8);
+    make_heap(&h, MOST_BLOCKS, &random);
+    bodies reused = open_heap(&h, 0.3, 1), anew = open_heap(&h, 0.3, 1);
+    nmm_random one = nmm_random_seed(9), two = nmm_random_seed(9);
+    int kept = 0;
+    for (int k = 0; k < 20; k++) {
+        const double at = reused.search->built_at[0];
+        step(&reused, &one, 0.004, 0.03);
+        kept += reused.search->built_at[0] == at;
+        // As after a resume: the state with its list, and no index.
+        bodies_options(&anew, anew.options);
+        step(&anew, &two, 0.004, 0.03);
+        assert_same_lists(&reused, &anew);
+    }
+    assert_true(kept > 5);
+    bodies_close(&reused);
+    bodies_close(&anew);
+}
+
+// Sorted by vertex, then edge, without repetition; vertex and edge of different places.
+static void test_sorted(void **unused) {
+    (void)unused;
+    static heap h;
+    nmm_random random = nmm_random_seed(10);
+    make_heap(&h, 200, &random);
+    bodies b = open_heap(&h, 0.3, 2);
+    for (int k = 0; k < 5; k++) {
+        step(&b, &random, 0.01, 0.1);
+        for (int i = 0; i < b.state.n_contact; i++) {
+            const nmm_contact *c = &b.state.contact[i];
+            assert_true(c->length > 0);
+            assert_true(isfinite(c->gap) && isfinite(c->anchor));
+            assert_int_not_equal(b.model.vertex_block[c->vertex], b.model.vertex_block[c->edge]);
+            if (i == 0) continue;
+            const nmm_contact *last = c - 1;
+            assert_true(last->vertex < c->vertex ||
+                        (last->vertex == c->vertex && last->edge < c->edge));
+        }
+    }
+    bodies_close(&b);
+}
+
+// --- Memory
+// ---------------------------------------------------------------------------------------------
+
+typedef struct failing {
+    long left; // calls that still succeed
+} failing;
+
+static void *failing_hook(void *user, void *old, size_t size) {
+    failing *f = user;
+    if (size == 0) {
+        free(old);
+        return NULL;
+    }
+    if (f->left-- <= 0) return NULL;
+    return realloc(old, size);
+}
+
+static nmm_status whole_life(failing *f, long *n_live) {
+    static heap h;
+    nmm_random random = nmm_random_seed(11);
+    make_heap(&h, 40, &random);
+    bodies b = {.context = {.n_thread = 1, .allocate = failing_hook, .user = f}};
+    nmm_status status = bodies_open(&b, h.n, h.loops, 0.3);
+    for (int k = 0; k < 3 && status == NMM_OK; k++) {
+        status = nmm_contact_find(&b.context, b.search, &b.model, &b.state, 0.02 * (1 + k));
+        if (status != NMM_OK) break;
+        bodies_evaluate(&b);
+        bodies_commit(&b, NULL);
+        bodies_shake(&b, &random, 0.02);
+    }
+    bodies_close(&b);
+    *n_live = b.context.n_live;
+    return status;
+}
+
+static void test_allocation_failures(void **unused) {
+    (void)unused;
+    long n_live = 0;
+    int failures = 0;
+    for (;; failures++) {
+        failing f = {failures};
+        const nmm_status status = whole_life(&f, &n_live);
+        assert_int_equal(n_live, 0);
+        if (status == NMM_OK) break;
+        assert_int_equal(status, NMM_ERROR_MEMORY);
+        assert_true(failures < 500);
+    }
+    assert_true(failures > 50);
+}
+
+// A steady loop does not allocate.
+static void test_no_allocation_in_a_steady_loop(void **unused) {
+    (void)unused;
+    static heap h;
+    nmm_random random = nmm_random_seed(12);
+    make_heap(&h, 100, &random);
+    bodies b = open_heap(&h, 0.3, 1);
+    for (int k = 0; k < 40; k++) {
+        for (int block = 0; block < h.n; block++)
+            bodies_put(&b, block, 0.02 * (k % 4), 0.1 * (block % 3) * (k % 2), 0);
+        const long before = b.context.n_call;
+        step(&b, &random, 0, 0.05);
+        if (k >= 12) assert_int_equal(b.context.n_call, before);
+    }
+    bodies_close(&b);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_pairs_are_complete),
+        cmocka_unit_test(test_far_away),
+        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_reused_or_new_index),
+        cmocka_unit_test(test_sorted),
+        cmocka_unit_test(test_allocation_failures),
+        cmocka_unit_test(test_no_allocation_in_a_steady_loop),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
