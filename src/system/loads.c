@@ -182,7 +182,7 @@ static nmm_status support_box(placing *p, const nmm_scene_support *from) {
         const int *cover = model->element_cover + 3 * (long)e;
         if (!inside_box(p, point_of(model, k), from)) continue;
         if (!outside[cover[0]] && !outside[cover[1]] && !outside[cover[2]]) continue;
-        status = add_support(p, from, e, point_of(model, k), 0.5 * model->size);
+        status = add_support(p, from, e, point_of(model, k), 0.5 * model->size, -1);
     }
     nmm_release(p->context, &outside);
     return status;
