@@ -40,6 +40,23 @@ nmm_status nmm_build_materials(nmm_builder *b) {
     return NMM_OK;
 }
 
+// "; defined: a, b, c" for messages, cut where it gets long.
+typedef struct name_list {
+    char text[160];
+} name_list;
+
+static name_list list_names(int n, const char *const *name) {
+    name_list list = {"; none is defined"};
+    size_t used = 0;
+    for (int i = 0; i < n && used < 100; i++) {
+        const int wrote = snprintf(list.text + used, sizeof list.text - used, "%s%.50s",
+                                   i == 0 ? "; defined: " : ", ", nmm_excerpt_of(name[i]).text);
+        used += (size_t)wrote;
+        if (i + 1 < n && used >= 100) snprintf(list.text + used, sizeof list.text - used, ", ...");
+    }
+    return list;
+}
+
 static int find_name(int n, const char *const *name, const char *wanted) {
     for (int i = 0; i < n; i++) {
         if (strcmp(name[i], wanted) == 0) return i;
@@ -64,9 +81,10 @@ nmm_status nmm_build_material_of(nmm_builder *b, const raw_head *head, const cha
     }
     *index = find_name(scene->n_material, scene->material_name, name);
     if (*index >= 0) return NMM_OK;
-    return nmm_complain(b->reader, raw_mark(head, "material"), "no material is named '%s'%s",
+    return nmm_complain(b->reader, raw_mark(head, "material"), "no material is named '%s'%s%s",
                         nmm_excerpt_of(name).text,
-                        nmm_hint(name, scene->n_material, scene->material_name).text);
+                        nmm_hint(name, scene->n_material, scene->material_name).text,
+                        list_names(scene->n_material, scene->material_name).text);
 }
 
 // --- Interfaces ---------------------------------------------------------------------------------
@@ -117,8 +135,9 @@ static nmm_status choose_default(nmm_builder *b, int *chosen) {
     const bool known = raw_good(&b->raw->head, "interfaces");
     if (*chosen >= 0 || (!known && raw_given(&b->raw->head, "interfaces"))) return NMM_OK;
     return nmm_complain(b->reader, raw_mark(&b->raw->head, "interface"),
-                        "no interface is named '%s'%s", nmm_excerpt_of(wanted).text,
-                        nmm_hint(wanted, list->n, candidate).text);
+                        "no interface is named '%s'%s%s", nmm_excerpt_of(wanted).text,
+                        nmm_hint(wanted, list->n, candidate).text,
+                        list_names(list->n, candidate).text);
 }
 
 nmm_status nmm_build_interfaces(nmm_builder *b) {
@@ -159,8 +178,9 @@ nmm_status nmm_build_interface_of(nmm_builder *b, const raw_head *head, const ch
     *index = find_name(n, scene->interface_name, name);
     if (*index >= 0) return NMM_OK;
     *index = 0;
-    return nmm_complain(b->reader, raw_mark(head, "interface"), "no interface is named '%s'%s",
-                        nmm_excerpt_of(name).text, nmm_hint(name, n, scene->interface_name).text);
+    return nmm_complain(b->reader, raw_mark(head, "interface"), "no interface is named '%s'%s%s",
+                        nmm_excerpt_of(name).text, nmm_hint(name, n, scene->interface_name).text,
+                        list_names(n, scene->interface_name).text);
 }
 
 // --- Names of entries ---------------------------------------------------------------------------

@@ -47,7 +47,7 @@ static nmm_status join(nmm_reader *reader, const char *path, const char *key, co
     char *copy = NULL;
     const size_t n_path = strlen(path), n_key = strlen(key);
     TRY(nmm_arena_take(reader->context, &reader->arena, &copy, n_path + n_key + 2, 1));
-    snprintf(copy, n_path + n_key + 2, "%s%s%s", path, n_path > 0 ? "." : "", key);
+    snprintf(copy, n_path + n_key + 2, "%s%s%s", path, n_path > 0 && *key != '[' ? "." : "", key);
     *joined = copy;
     return NMM_OK;
 }
@@ -193,7 +193,7 @@ static nmm_status read_list(nmm_reader *reader, const nmm_key *key, const nmm_no
     int i = 0;
     for (const nmm_node *entry = node->first; entry != NULL; entry = entry->next, i++) {
         char number[24];
-        snprintf(number, sizeof number, "%d", i);
+        snprintf(number, sizeof number, "[%d]", i);
         const char *path = NULL;
         TRY(join(reader, key->name, named ? entry->key : number, &path));
         TRY(read_object(reader, key->object, entry, path, (raw_head *)(void *)item));

@@ -11,6 +11,14 @@
 
 // --- Messages -----------------------------------------------------------------------------------
 
+// What a message calls a number of the key.
+static nmm_excerpt label_of(const nmm_key *key) {
+    nmm_excerpt label = {{0}};
+    const bool lone = key->kind == NMM_VALUE_NUMBER;
+    snprintf(label.text, sizeof label.text, "%s%.40s", lone ? "" : "a number in ", key->name);
+    return label;
+}
+
 // "from 0 to below 90 degrees" and the like.
 static nmm_excerpt describe_range(const nmm_key *key, nmm_dimension dimension) {
     const nmm_range range = key->range;
@@ -73,8 +81,9 @@ static nmm_status complain_unit(nmm_reader *reader, const nmm_key *key, const nm
         candidate[n++] = unit->name;
     }
     return nmm_complain(reader, node->mark, "%s: unit '%s' is not known%s; %s is written in: %s",
-                        key->name, nmm_excerpt_of(found).text, nmm_hint(found, n, candidate).text,
-                        nmm_dimension_table[dimension].article, list);
+                        label_of(key).text, nmm_excerpt_of(found).text,
+                        nmm_hint(found, n, candidate).text, nmm_dimension_table[dimension].article,
+                        list);
 }
 
 static nmm_status complain_number(nmm_reader *reader, const nmm_key *key, const nmm_node *node,
@@ -85,23 +94,24 @@ static nmm_status complain_number(nmm_reader *reader, const nmm_key *key, const 
     case NMM_NUMBER_COMMA:
         return nmm_complain(reader, node->mark,
                             "%s must be a number, found %s; write the decimals behind a point",
-                            key->name, found.text);
+                            label_of(key).text, found.text);
     case NMM_NUMBER_NOT_FINITE:
-        return nmm_complain(reader, node->mark, "%s must be a finite number, found %s", key->name,
-                            found.text);
+        return nmm_complain(reader, node->mark, "%s must be a finite number, found %s",
+                            label_of(key).text, found.text);
     case NMM_NUMBER_HUGE:
     case NMM_NUMBER_TINY:
-        return nmm_complain(reader, node->mark, "%s: %s is too %s for a number", key->name,
+        return nmm_complain(reader, node->mark, "%s: %s is too %s for a number", label_of(key).text,
                             found.text, number.fault == NMM_NUMBER_HUGE ? "large" : "small");
     case NMM_NUMBER_UNIT:
         return complain_unit(reader, key, node, dimension, number.unit);
     case NMM_NUMBER_DIMENSION:
-        return nmm_complain(reader, node->mark, "%s must be %s, %s is %s", key->name, article,
-                            number.meant->name,
+        return nmm_complain(reader, node->mark, "%s must be %s, %s is %s", label_of(key).text,
+                            article, number.meant->name,
                             nmm_dimension_table[number.meant->dimension].article);
     default:
-        return nmm_complain(reader, node->mark, "%s must be a number (%s%s%s), found %s", key->name,
-                            article, key->automatic ? ", or auto" : "", key->whole ? ", whole" : "",
+        return nmm_complain(reader, node->mark, "%s must %s (%s%s%s), found %s", key->name,
+                            key->kind == NMM_VALUE_NUMBER ? "be a number" : "hold numbers", article,
+                            key->automatic ? ", or auto" : "", key->whole ? ", whole" : "",
                             found.text);
     }
 }
@@ -112,14 +122,15 @@ static nmm_status check_number(nmm_reader *reader, const nmm_key *key, const nmm
     const nmm_dimension_facts *facts = &nmm_dimension_table[dimension];
     *good = false;
     if (key->whole && value != floor(value))
-        return nmm_complain(reader, node->mark, "%s must be a whole number, found %s", key->name,
-                            found.text);
+        return nmm_complain(reader, node->mark, "%s must be a whole number, found %s",
+                            label_of(key).text, found.text);
     if (has_range(key) && !in_range(key->range, value))
-        return nmm_complain(reader, node->mark, "%s must be %s, found %s", key->name,
+        return nmm_complain(reader, node->mark, "%s must be %s, found %s", label_of(key).text,
                             describe_range(key, dimension).text, found.text);
     if (fabs(value) > facts->limit)
-        return nmm_complain(reader, node->mark, "%s must be from %g to %g %s, found %s", key->name,
-                            -facts->limit, facts->limit, facts->unit, found.text);
+        return nmm_complain(reader, node->mark, "%s must be from %g to %g %s, found %s",
+                            label_of(key).text, -facts->limit, facts->limit, facts->unit,
+                            found.text);
     *good = true;
     return NMM_OK;
 }
@@ -155,8 +166,9 @@ static nmm_status read_row(nmm_reader *reader, const nmm_key *key, const nmm_nod
     if (node->kind != NMM_NODE_LIST || node->n != key->width) {
         char count[40] = "";
         if (node->kind == NMM_NODE_LIST) snprintf(count, sizeof count, " of %d", node->n);
-        return nmm_complain(reader, node->mark, "%s must be a list of %d numbers, found %s%s",
-                            key->name, key->width, nmm_node_describe(node).text, count);
+        return nmm_complain(reader, node->mark, "%s%s must be a list of %d numbers, found %s%s",
+                            key->kind == NMM_VALUE_ROW ? "" : "a row of ", key->name, key->width,
+                            nmm_node_describe(node).text, count);
     }
     int column = 0, n_good = 0;
     for (const nmm_node *entry = node->first; entry != NULL; entry = entry->next, column++) {
