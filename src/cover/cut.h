@@ -48,8 +48,9 @@ typedef struct nmm_body {
     int *element;           // [n_face] element of the body, -1: no material
     nmm_triangle *triangle; // [n_face]
     int n_element;
-    int *face_of; // [n_element]
-    int *point;   // [2 * n_edge] draft point at the start of a half-edge of an element
+    int *face_of;    // [n_element]
+    int *corner_set; // [2 * n_edge] sets of half-edges whose starts are one point
+    int *point;      // [2 * n_edge] draft point at the start of a half-edge of an element
     nmm_arena arena;
 } nmm_body;
 

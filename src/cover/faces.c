@@ -256,6 +256,40 @@ static nmm_status number_elements(nmm_cut *cut) {
     return NMM_OK;
 }
 
+// --- Corners
+// --------------------------------------------------------------------------------------
+
+// Round a vertex, corners of elements that follow each other across edges that connect are one
+// point. A half-edge stands for the corner at its start.
+static nmm_status join_corners(nmm_cut *cut) {
+    nmm_body *body = &cut->body;
+    const nmm_arrangement *a = &body->arrangement;
+    const int n_half = 2 * a->n_edge;
+    TRY(nmm_arena_take(cut->context, &body->arena, &body->corner_set, (size_t)n_half, sizeof(int)));
+    for (int h = 0; h < n_half; h++)
+        body->corner_set[h] = h;
+    for (int e = 0; e < a->n_edge; e++) {
+        if (!body->connects[e]) continue;
+        nmm_set_join(body->corner_set, 2 * e, a->next[2 * e + 1]);
+        nmm_set_join(body->corner_set, 2 * e + 1, a->next[2 * e]);
+    }
+    return NMM_OK;
+}
+
+// A joint of a single edge whose sides share their points at both ends cannot open: it connects.
+static void close_slits(nmm_body *body) {
+    const nmm_arrangement *a = &body->arrangement;
+    for (int e = 0; e < a->n_edge; e++) {
+        const int h = 2 * e, twin = 2 * e + 1;
+        if (a->bridge[e] || body->joint[e] < 0) continue;
+        if (body->element[a->face[h]] < 0 || body->element[a->face[twin]] < 0) continue;
+        const int start = nmm_set_root(body->corner_set, h);
+        const int end = nmm_set_root(body->corner_set, twin);
+        body->connects[e] = start == nmm_set_root(body->corner_set, a->next[twin]) &&
+                            end == nmm_set_root(body->corner_set, a->next[h]);
+    }
+}
+
 // --- Joints
 // ---------------------------------------------------------------------------------------
 
@@ -269,7 +303,8 @@ static double edge_length(const nmm_cut *cut, int e) {
 
 static bool is_trimmed(const nmm_body *body, int e) {
     const nmm_arrangement *a = &body->arrangement;
-    return a->bridge[e] && body->joint[e] >= 0 && body->element[a->face[2 * e]] >= 0;
+    if (body->joint[e] < 0 || body->element[a->face[2 * e]] < 0) return false;
+    return a->bridge[e] || body->connects[e];
 }
 
 // Which joints touch the material.
@@ -286,7 +321,8 @@ static void mark_joints(nmm_cut *cut) {
     }
 }
 
-// Trimmed pieces are the connected parts of the bridges; tails do not count.
+// Trimmed pieces are the connected parts of what joints lost; what is as short as welding reaches
+// does not count.
 static nmm_status measure_trimmed(nmm_cut *cut) {
     nmm_body *body = &cut->body;
     const nmm_arrangement *a = &body->arrangement;
@@ -304,10 +340,10 @@ static nmm_status measure_trimmed(nmm_cut *cut) {
         const int root = nmm_set_root(parent, a->edge[2 * e]);
         if (is_trimmed(body, e)) length[root] += edge_length(cut, e);
     }
-    const double tail = 4 * (double)cut->lattice.reach * cut->lattice.spacing;
+    const double shortest = 4 * (double)cut->lattice.reach * cut->lattice.spacing;
     nmm_cover_report *report = cut->report;
     for (int v = 0; v < a->n_vertex; v++) {
-        if (length[v] <= tail) continue;
+        if (length[v] <= shortest) continue;
         report->n_trimmed += 1;
         report->trimmed_length += length[v];
         report->longest_trimmed = nmm_max(report->longest_trimmed, length[v]);
@@ -320,6 +356,8 @@ nmm_status nmm_cut_faces(nmm_cut *cut) {
     TRY(fill_areas(cut));
     TRY(find_triangles(cut));
     TRY(number_elements(cut));
+    TRY(join_corners(cut));
+    close_slits(&cut->body);
     if (cut->body.n_joint == 0) return NMM_OK;
     mark_joints(cut);
     return measure_trimmed(cut);

@@ -164,7 +164,7 @@ nmm_status nmm_lattice_choose(nmm_context *context, nmm_scene *scene, nmm_lattic
         nmm_max(nmm_max(fabs(low.x), fabs(high.x)), nmm_max(fabs(low.y), fabs(high.y)));
     const double digit = ldexp(farthest, -51);
     lattice->origin = nmm_vec2_mix(low, high, 0.5);
-    lattice->spacing = power_above(nmm_max(ldexp(3 * extent + 4 * size, -SPAN_BITS), digit));
+    lattice->spacing = power_above(nmm_max(ldexp(1.25 * extent + 4 * size, -SPAN_BITS), digit));
     lattice->side = 2 * llround(size / (2 * lattice->spacing));
     lattice->rise = 2 * llround((double)lattice->side * sqrt(3) / 4);
     const double fine = nmm_min(ldexp(extent, -28), ldexp(size, -16));

@@ -21,19 +21,10 @@ nmm_status nmm_cut_points(nmm_cut *cut) {
     nmm_draft *draft = &cut->draft;
     const nmm_arrangement *a = &body->arrangement;
     const int n_half = 2 * a->n_edge, base = draft->n_element - body->n_element;
-    int *parent = NULL;
-    TRY(nmm_arena_take(cut->context, &body->arena, &parent, (size_t)n_half, sizeof(int)));
     TRY(nmm_arena_take(cut->context, &body->arena, &body->point, (size_t)n_half, sizeof(int)));
-    for (int h = 0; h < n_half; h++)
-        parent[h] = h;
-    for (int e = 0; e < a->n_edge; e++) {
-        if (!body->connects[e]) continue;
-        nmm_set_join(parent, 2 * e, a->next[2 * e + 1]);
-        nmm_set_join(parent, 2 * e + 1, a->next[2 * e]);
-    }
     // Roots are the smallest half-edges, so a root comes before its corners.
     for (int h = 0; h < n_half; h++) {
-        const int element = element_of(cut, base, h), root = nmm_set_root(parent, h);
+        const int element = element_of(cut, base, h), root = nmm_set_root(body->corner_set, h);
         body->point[h] = -1;
         if (element < 0) continue;
         if (root == h) {

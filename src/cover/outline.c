@@ -23,10 +23,10 @@ static nmm_status add_segment(nmm_cut *cut, nmm_isegment segment, nmm_line line)
 // --- Clipping to the surroundings
 // -----------------------------------------------------------------
 
-// The scene's box, grown by its size on each side.
+// The scene's box, grown by an eighth of its size on each side.
 static nmm_box surroundings(const nmm_lattice *lattice) {
     const nmm_box box = lattice->box;
-    const double d = nmm_max(box.high.x - box.low.x, box.high.y - box.low.y);
+    const double d = nmm_max(box.high.x - box.low.x, box.high.y - box.low.y) / 8;
     return (nmm_box){{box.low.x - d, box.low.y - d}, {box.high.x + d, box.high.y + d}};
 }
 
