@@ -58,22 +58,24 @@ static nmm_status read_outline(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g)
     const char *name = NMM_META "/outline";
     long rows = 0;
     int *row = NULL;
-    TRY(nmm_h5_rows(h5, name, 4, &rows));
+    TRY(nmm_h5_rows(h5, name, 5, &rows));
     g->n_edge = (int)rows;
-    TRY(take(file, &row, (size_t)rows * 4, sizeof *row));
+    TRY(take(file, &row, (size_t)rows * 5, sizeof *row));
     TRY(take(file, &g->edge_point, (size_t)rows * 2, sizeof *g->edge_point));
     TRY(take(file, &g->edge_block, (size_t)rows, sizeof *g->edge_block));
     TRY(take(file, &g->edge_interface, (size_t)rows, sizeof *g->edge_interface));
-    TRY(nmm_h5_get(h5, name, H5T_NATIVE_INT, 4, 0, rows, row));
+    TRY(take(file, &g->edge_mate, (size_t)rows, sizeof *g->edge_mate));
+    TRY(nmm_h5_get(h5, name, H5T_NATIVE_INT, 5, 0, rows, row));
     for (long i = 0; i < rows; i++) {
-        const int *r = row + 4 * i;
+        const int *r = row + 5 * i;
         const bool inside = r[0] >= 0 && r[0] < g->n_point && r[1] >= 0 && r[1] < g->n_point &&
-                            r[2] >= 0 && r[2] < g->n_block;
+                            r[2] >= 0 && r[2] < g->n_block && r[4] >= -1 && r[4] < rows;
         if (!inside) return nmm_h5_fail_read(h5, name, "an index is out of range");
         g->edge_point[2 * i] = r[0];
         g->edge_point[2 * i + 1] = r[1];
         g->edge_block[i] = r[2];
         g->edge_interface[i] = r[3];
+        g->edge_mate[i] = r[4];
     }
     return NMM_OK;
 }

@@ -66,6 +66,7 @@ typedef struct nmm_file_geometry {
     int *edge_point;       // [n_edge][2] loop edges, the block to the left
     int *edge_block;       // [n_edge]
     int *edge_interface;   // [n_edge] -1: no joint made it
+    int *edge_mate;        // [n_edge] edge on the other side of its joint at the start, -1: none
     nmm_support_row *support;
     nmm_load_row *load;
     double *monitor_place; // [n_monitor][2]  m, reference

@@ -178,18 +178,20 @@ static nmm_status write_loads(nmm_output *output, const nmm_model *m) {
 static nmm_status write_outline(nmm_output *output, const nmm_model *m) {
     const nmm_h5_table table = {.name = NMM_META "/outline",
                                 .type = H5T_STD_I32LE,
-                                .width = 4,
+                                .width = 5,
                                 .chunk = (hsize_t)nmm_max_int(1, nmm_min_int(m->n_vertex, 1 << 20)),
                                 .compress = true,
-                                .meaning = "loop edges: two points, block to the left, interface"};
+                                .meaning =
+                                    "loop edges: two points, block to the left, interface, mate"};
     int *row = NULL;
     TRY(nmm_h5_table_create(&output->h5, &table));
-    TRY(nmm_allocate(&output->context, &row, (size_t)m->n_vertex * 4, sizeof *row));
+    TRY(nmm_allocate(&output->context, &row, (size_t)m->n_vertex * 5, sizeof *row));
     for (long v = 0; v < m->n_vertex; v++) {
-        row[4 * v] = m->vertex_point[v];
-        row[4 * v + 1] = m->vertex_point[m->vertex_next[v]];
-        row[4 * v + 2] = m->vertex_block[v];
-        row[4 * v + 3] = m->edge_interface[v];
+        row[5 * v] = m->vertex_point[v];
+        row[5 * v + 1] = m->vertex_point[m->vertex_next[v]];
+        row[5 * v + 2] = m->vertex_block[v];
+        row[5 * v + 3] = m->edge_interface[v];
+        row[5 * v + 4] = m->edge_mate[v];
     }
     const nmm_status status =
         nmm_h5_put(&output->h5, table.name, H5T_NATIVE_INT, 0, (hsize_t)m->n_vertex, row);

@@ -26,10 +26,16 @@ static nmm_colour between(const unsigned *colour, int n, double t) {
     return (nmm_colour){a.r + s * (b.r - a.r), a.g + s * (b.g - a.g), a.b + s * (b.b - a.b)};
 }
 
+// A little white, so that dark outlines show on the dark end too.
+static nmm_colour lighten(nmm_colour c) {
+    const double part = 0.22;
+    return (nmm_colour){c.r + part * (1 - c.r), c.g + part * (1 - c.g), c.b + part * (1 - c.b)};
+}
+
 nmm_colour nmm_colour_at(nmm_colours colours, double t) {
     switch (colours) {
     case NMM_COLOURS_RISING:
-        return between(viridis, sizeof viridis / sizeof *viridis, t);
+        return lighten(between(viridis, sizeof viridis / sizeof *viridis, t));
     case NMM_COLOURS_DIVERGING:
         return between(diverging, sizeof diverging / sizeof *diverging, t);
     case NMM_COLOURS_BLOCKS:

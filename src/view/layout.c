@@ -96,7 +96,7 @@ static double right_space(const nmm_picture *picture) {
 static void fit_plot(nmm_picture *picture, double left, double right) {
     const nmm_box box = picture->box;
     const double shape = (box.high.x - box.low.x) / (box.high.y - box.low.y);
-    const double room = picture->width - left - right, most = 1.25 * picture->width;
+    const double room = picture->width - left - right, most = 1.15 * picture->width;
     picture->plot.width = room;
     picture->plot.height = room / shape;
     if (picture->plot.height > most) {
@@ -127,9 +127,15 @@ static void place_bar(nmm_picture *picture) {
         picture->bar = (nmm_rect){plot.x + (plot.width - width) / 2, y + 30 * u, width, 30 * u};
         y += (30 + 30 + 12 + TICK_SIZE + 10 + LABEL_SIZE) * u;
     }
-    picture->legend = (nmm_rect){nmm_min(plot.x, 0.1 * picture->width), y + 30 * u,
-                                 0.88 * picture->width, 40 * u};
-    const int lines = nmm_draw_legend(picture, false);
+    // Under the plot where it fits on one line there.
+    const double right = picture->width - MARGIN * u;
+    picture->legend = (nmm_rect){plot.x, y + 30 * u, right - plot.x, 40 * u};
+    int lines = nmm_draw_legend(picture, false);
+    if (lines > 1) {
+        const double left = nmm_min(plot.x, 0.1 * picture->width);
+        picture->legend = (nmm_rect){left, y + 30 * u, right - left, 40 * u};
+        lines = nmm_draw_legend(picture, false);
+    }
     picture->height = y + (lines > 0 ? 30 + 40 * lines : 0) * u + MARGIN * u;
 }
 

@@ -45,23 +45,40 @@ static void draw_joints(const nmm_picture *picture, int state, nmm_colour colour
     stroke_cased(cairo, colour, (g->n_block > 400 ? 2.2 : 3.6) * u, 0.8 * u);
 }
 
+// Forces smaller than this part of the largest are not drawn.
+#define LEAST_FORCE 0.02
+
+static double force_of(const nmm_file_contact *c) {
+    return hypot(c->force[0], c->force[1]);
+}
+
+// Lines get shorter and thinner where they are many.
+static double crowding(const nmm_picture *picture) {
+    int n = 0;
+    for (int i = 0; i < picture->frame.n_contact; i++)
+        n += force_of(&picture->frame.contact[i]) > 0.1 * picture->force_most;
+    return nmm_max(0.35, nmm_min(1, sqrt(80.0 / nmm_max_int(n, 1))));
+}
+
 // Along the force, centred at the contact; length and thickness grow with it.
 static void draw_forces(const nmm_picture *picture) {
     const nmm_file_frame *frame = &picture->frame;
     const nmm_file_geometry *g = picture->geometry;
     const double u = picture->unit, most = picture->force_most;
     if (!(most > 0)) return;
-    const double longest =
-        nmm_min(100 * u, 0.16 * nmm_min(picture->plot.width, picture->plot.height) + 30 * u);
+    const double crowd = crowding(picture),
+                 side = nmm_min(picture->plot.width, picture->plot.height);
+    const double longest = crowd * nmm_min(100 * u, 0.16 * side + 30 * u);
     for (int i = 0; i < frame->n_contact; i++) {
         const nmm_file_contact *c = &frame->contact[i];
-        const double force = hypot(c->force[0], c->force[1]), part = force / most;
-        if (part < 0.02) continue;
+        const double force = force_of(c), part = force / most;
+        if (part < LEAST_FORCE) continue;
         const double *at = picture->page + 2 * (long)g->edge_point[2 * c->vertex];
         const double half = 0.5 * longest * part / force;
         cairo_move_to(picture->cairo, at[0] - half * c->force[0], at[1] + half * c->force[1]);
         cairo_line_to(picture->cairo, at[0] + half * c->force[0], at[1] - half * c->force[1]);
-        stroke_cased(picture->cairo, force_colour, (1.5 + 4.5 * part) * u, 1.1 * u);
+        const double width = 1.2 + crowd * (0.6 + 4.2 * part);
+        stroke_cased(picture->cairo, force_colour, width * u, (0.5 + 0.5 * crowd * part) * u);
     }
 }
 
@@ -111,32 +128,86 @@ static void draw_support(cairo_t *cairo, nmm_vec2 tip, double dx, double dy, dou
     cairo_stroke(cairo);
 }
 
-// Which way a support points: against its free direction, from the nearer side of the picture.
+// Distance of (x, y) from the segment a b.
+static double segment_distance(const double *a, const double *b, double x, double y) {
+    const double dx = b[0] - a[0], dy = b[1] - a[1], length = dx * dx + dy * dy;
+    double t = length > 0 ? ((x - a[0]) * dx + (y - a[1]) * dy) / length : 0;
+    t = nmm_min(1, nmm_max(0, t));
+    return hypot(x - a[0] - t * dx, y - a[1] - t * dy);
+}
+
+// Direction from outside onto the boundary at a support (page, y down): of the edges it lies on
+// the one whose direction is most like `like` (an axis: either way); (0, 0) away from all edges.
+static nmm_vec2 inward_normal(const nmm_picture *picture, const nmm_support_row *s, nmm_vec2 like) {
+    const nmm_file_geometry *g = picture->geometry;
+    const double reach = 4 * picture->unit / picture->ratio;
+    nmm_vec2 best = {0, 0};
+    double agreement = -INFINITY;
+    for (int i = 0; i < g->n_edge; i++) {
+        const double *a = g->point + 2 * (long)g->edge_point[2 * i];
+        const double *b = g->point + 2 * (long)g->edge_point[2 * i + 1];
+        if (g->edge_block[i] != s->block || g->edge_mate[i] >= 0) continue;
+        if (segment_distance(a, b, s->x, s->y) > reach) continue;
+        const double length = hypot(b[0] - a[0], b[1] - a[1]);
+        if (!(length > 0)) continue;
+        // The block lies to the left of the edge; page y points down.
+        const nmm_vec2 inward = {-(b[1] - a[1]) / length, -(b[0] - a[0]) / length};
+        const double agrees = like.x == 0   ? fabs(inward.y)
+                              : like.y == 0 ? fabs(inward.x)
+                                            : nmm_vec2_dot(inward, like);
+        if (agrees > agreement + 1e-9) {
+            agreement = agrees;
+            best = inward;
+        }
+    }
+    return best;
+}
+
 static nmm_vec2 support_direction(const nmm_picture *picture, const nmm_support_row *s,
-                                  nmm_vec2 at) {
-    const nmm_rect plot = picture->plot;
-    const bool left = at.x < plot.x + plot.width / 2;
-    if (s->fix_x && !s->fix_y) return (nmm_vec2){left ? 1 : -1, 0};
-    const double low = plot.y + plot.height - at.y,
-                 side = left ? at.x - plot.x : plot.x + plot.width - at.x;
-    // Fixed both ways: at the sides of the scene it points sideways, else up.
-    if (s->fix_x && side < 0.6 * low) return (nmm_vec2){left ? 1 : -1, 0};
-    return (nmm_vec2){0, -1};
+                                  nmm_vec2 like) {
+    const nmm_vec2 prefer = s->fix_y && !s->fix_x   ? (nmm_vec2){0, -1}
+                            : s->fix_x && !s->fix_y ? (nmm_vec2){like.x < 0 ? -1 : 1, 0}
+                                                    : like;
+    const nmm_vec2 inward = inward_normal(picture, s, prefer);
+    // A roller stands along the direction it holds.
+    if (s->fix_y && !s->fix_x) return (nmm_vec2){0, inward.y > 0.1 ? 1 : -1};
+    if (s->fix_x && !s->fix_y) return (nmm_vec2){inward.x < -0.1 ? -1 : 1, 0};
+    return inward.x == 0 && inward.y == 0 ? (nmm_vec2){0, -1} : inward;
+}
+
+// What was drawn so far, to keep marks apart.
+enum { MOST_DRAWN = 400 };
+typedef struct placed_marks {
+    int n;
+    nmm_vec2 place[MOST_DRAWN];
+    int kind[MOST_DRAWN];
+} placed_marks;
+
+static bool has_room(placed_marks *drawn, nmm_vec2 at, int kind, double apart) {
+    for (int i = 0; i < drawn->n; i++) {
+        const double off = hypot(at.x - drawn->place[i].x, at.y - drawn->place[i].y);
+        if (off < (drawn->kind[i] == kind ? apart : 0.1 * apart)) return false;
+    }
+    if (drawn->n == MOST_DRAWN) return false;
+    drawn->kind[drawn->n] = kind;
+    drawn->place[drawn->n++] = at;
+    return true;
 }
 
 // Many supports of a line stand for themselves at some distance only.
 static void draw_supports(const nmm_picture *picture) {
     const nmm_file_geometry *g = picture->geometry;
     const double size = 19 * picture->unit, apart = 30 * picture->unit;
-    nmm_vec2 last = {-INFINITY, -INFINITY};
+    nmm_vec2 like = {0, -1};
+    placed_marks drawn = {.n = 0};
     for (int i = 0; i < g->n_support; i++) {
         const nmm_support_row *s = &g->support[i];
-        if (s->held || !(s->fix_x || s->fix_y)) continue;
+        const int kind = (s->fix_x != 0) + 2 * (s->fix_y != 0);
+        if (s->held || kind == 0) continue;
         const nmm_vec2 at = moved_place(picture, s->element, s->x, s->y);
-        if (hypot(at.x - last.x, at.y - last.y) < apart) continue;
-        const nmm_vec2 to = support_direction(picture, s, at);
-        draw_support(picture->cairo, at, to.x, to.y, size, !(s->fix_x && s->fix_y));
-        last = at;
+        if (!has_room(&drawn, at, kind, apart)) continue;
+        like = support_direction(picture, s, like);
+        draw_support(picture->cairo, at, like.x, like.y, size, kind != 3);
     }
 }
 
@@ -194,18 +265,45 @@ static double largest_load(const nmm_file_geometry *g) {
     return most;
 }
 
+// Forces on a boundary come in unequal parts: an arrow shows the mean of those
+// around it that point the same way.
+static nmm_vec2 mean_load(const nmm_picture *picture, nmm_vec2 at, nmm_vec2 like, double reach) {
+    const nmm_file_geometry *g = picture->geometry;
+    nmm_vec2 sum = {0, 0};
+    int n = 0;
+    for (int i = 0; i < g->n_load; i++) {
+        const nmm_load_row *l = &g->load[i];
+        const nmm_vec2 there = moved_place(picture, l->element, l->x, l->y);
+        const nmm_vec2 force = {l->fx, l->fy};
+        const double alike = nmm_vec2_dot(force, like) / hypot(like.x, like.y);
+        if (hypot(there.x - at.x, there.y - at.y) > reach) continue;
+        if (alike < 0.7 * hypot(force.x, force.y)) continue;
+        sum = nmm_vec2_add(sum, force);
+        n += 1;
+    }
+    return n > 0 ? nmm_vec2_scale(1.0 / n, sum) : sum;
+}
+
 static void draw_loads(const nmm_picture *picture) {
     const nmm_file_geometry *g = picture->geometry;
-    const double most = largest_load(g), apart = 24 * picture->unit;
+    const double most = largest_load(g), u = picture->unit;
+    placed_marks drawn = {.n = 0};
     nmm_vec2 last = {-INFINITY, -INFINITY};
     for (int i = 0; i < g->n_load && most > 0; i++) {
         const nmm_load_row *l = &g->load[i];
-        const double force = hypot(l->fx, l->fy);
+        if (hypot(l->fx, l->fy) < 0.02 * most) continue;
         const nmm_vec2 at = moved_place(picture, l->element, l->x, l->y);
-        if (force < 0.02 * most || hypot(at.x - last.x, at.y - last.y) < apart) continue;
-        const double length = (18 + 32 * force / most) * picture->unit;
-        draw_arrow(picture->cairo, at, l->fx / force, -l->fy / force, length, picture->unit);
+        const nmm_vec2 off = nmm_vec2_sub(at, last), to = {l->fx, -l->fy};
+        // Arrows behind each other need more room than arrows side by side.
+        const double across = fabs(nmm_vec2_cross(off, to));
+        const bool behind = across < 0.5 * hypot(off.x, off.y) * hypot(to.x, to.y);
+        if (!has_room(&drawn, at, 0, (behind ? 66 : 26) * u)) continue;
         last = at;
+        const nmm_vec2 mean = mean_load(picture, at, (nmm_vec2){l->fx, l->fy}, 60 * u);
+        const double force = hypot(mean.x, mean.y);
+        if (!(force > 0)) continue;
+        const double length = (18 + 32 * nmm_min(1, force / most)) * u;
+        draw_arrow(picture->cairo, at, mean.x / force, -mean.y / force, length, u);
     }
 }
 

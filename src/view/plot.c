@@ -6,6 +6,7 @@
 #include "view.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 nmm_plot_def nmm_default_plot_def(void) {
@@ -51,15 +52,43 @@ static void count_contacts(nmm_picture *picture, const int *edge_before, tally *
     }
 }
 
-// A joint's edge is open when nothing closed lies on it and at most one of its ends touches. An
-// edge slid when a closed contact of it did, by more than 1/20000 of the scene.
+// How far the mate of a joint's edge went off: apart along the edge's outward normal, and along it.
+typedef struct offset {
+    double apart, along, length;
+} offset;
+
+static offset find_offset(const nmm_picture *picture, int i) {
+    const nmm_file_geometry *g = picture->geometry;
+    const double *d = picture->frame.displacement;
+    const int p = g->edge_point[2 * i], q = g->edge_point[2 * i + 1], mate = g->edge_mate[i];
+    const int r = g->edge_point[2 * mate], s = g->edge_point[2 * mate + 1];
+    double along[2], off[2];
+    for (int k = 0; k < 2; k++) {
+        along[k] = g->point[2 * q + k] + d[2 * q + k] - g->point[2 * p + k] - d[2 * p + k];
+        off[k] = (d[2 * r + k] + d[2 * s + k] - d[2 * p + k] - d[2 * q + k]) / 2;
+    }
+    const double length = hypot(along[0], along[1]);
+    if (!(length > 0)) return (offset){0};
+    const double tx = along[0] / length, ty = along[1] / length;
+    return (offset){off[0] * ty - off[1] * tx, fabs(off[0] * tx + off[1] * ty), length};
+}
+
+// Joints by their two sides as long as they are opposite each other, all other edges by their
+// contacts. What is less than 1/20000 of the scene is neither open nor slid.
 static void judge_edges(nmm_picture *picture, const tally *edge) {
     const nmm_file_geometry *g = picture->geometry;
+    const double least = 5e-5 * scene_side(g);
     for (int i = 0; i < g->n_edge; i++) {
         const bool closed = edge[i].face > 0 || edge[i].ends > 1;
-        int state = NMM_EDGE_PLAIN;
-        if (closed && edge[i].slid) state = NMM_EDGE_SLID;
-        if (!closed && g->edge_interface[i] >= 0) state = NMM_EDGE_OPEN;
+        int state = closed && edge[i].slid ? NMM_EDGE_SLID : NMM_EDGE_PLAIN;
+        if (g->edge_mate[i] >= 0 && picture->frame.displacement != NULL) {
+            const offset off = find_offset(picture, i);
+            const bool opposite = off.along < off.length;
+            if (opposite ? off.apart > least : !closed)
+                state = NMM_EDGE_OPEN;
+            else if (off.along > least)
+                state = NMM_EDGE_SLID;
+        }
         picture->edge_state[i] = state;
         picture->n_open += state == NMM_EDGE_OPEN;
         picture->n_slid += state == NMM_EDGE_SLID;
@@ -112,6 +141,13 @@ static void clean_text(char *text) {
     }
 }
 
+// Five significant digits.
+static double round_digits(double x) {
+    char text[32];
+    snprintf(text, sizeof text, "%.4e", x);
+    return strtod(text, NULL);
+}
+
 static void write_titles(nmm_picture *picture) {
     const nmm_file_frame *frame = &picture->frame;
     char time[32], scale[64];
@@ -119,13 +155,7 @@ static void write_titles(nmm_picture *picture) {
     // A cut in the middle of a character is mended too.
     clean_text(picture->title);
     char text[32];
-    snprintf(time, sizeof time, "%s", nmm_tick_text(text, frame->time, 1e-4));
-    // No zeros without meaning.
-    for (size_t n = strlen(time); n > 1 && (time[n - 1] == '0' || time[n - 1] == '.'); n--) {
-        const bool point = time[n - 1] == '.';
-        time[n - 1] = 0;
-        if (point) break;
-    }
+    snprintf(time, sizeof time, "%s", nmm_number_text(text, round_digits(frame->time)));
     if (frame->displacement == NULL)
         snprintf(scale, sizeof scale, "reference shape");
     else if (picture->scale == 1)
@@ -133,9 +163,8 @@ static void write_titles(nmm_picture *picture) {
     else
         snprintf(scale, sizeof scale, "displacements \xc3\x97 %s",
                  nmm_number_text(text, picture->scale));
-    snprintf(picture->subtitle, sizeof picture->subtitle,
-             "t = %s s,  frame %d of %d,  %s", time, frame->index,
-             nmm_file_frames(picture->file) - 1, scale);
+    snprintf(picture->subtitle, sizeof picture->subtitle, "t = %s s,  frame %d of %d,  %s", time,
+             frame->index, nmm_file_frames(picture->file) - 1, scale);
 }
 
 // --- The picture
