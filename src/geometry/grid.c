@@ -35,8 +35,8 @@ nmm_span nmm_grid_columns(const nmm_grid *grid, const nmm_isegment *segment, int
     if (a.y != b.y) {
         // The part of the segment within the row.
         const double ay = (double)(a.y - grid->low.y), by = (double)(b.y - grid->low.y);
-        const double bottom = ldexp(row, grid->shift) - (double)grid->margin;
-        const double top = ldexp(row + 1, grid->shift) + (double)grid->margin;
+        const double bottom = (double)((int64_t)row << grid->shift) - (double)grid->margin;
+        const double top = (double)((int64_t)(row + 1) << grid->shift) + (double)grid->margin;
         const double slope = (bx - ax) / (by - ay);
         low = ax + (within(ay, by, bottom) - ay) * slope;
         high = ax + (within(ay, by, top) - ay) * slope;

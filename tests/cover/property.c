@@ -257,7 +257,8 @@ static void nearly_coincident(void **state) {
             const double a = y[nmm_random_next(&random) % 3], b = y[nmm_random_next(&random) % 3];
             const double e = random_in(&random, -error, error);
             const double f = random_in(&random, -error, error);
-            stage_line(&s, random_in(&random, -1, 3), a + e, random_in(&random, 2, 6), b + f);
+            const double from = random_in(&random, -1, 3), to = random_in(&random, 2, 6);
+            stage_line(&s, from, a + e, to, b + f);
             stage_line(&s, e, a, 5 + f, b);
         }
         stage_build(&s);

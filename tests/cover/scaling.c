@@ -26,8 +26,10 @@ static void joints(void **state) {
         stage_rectangle(&s, 0, 0, 100, 100);
         nmm_random random = nmm_random_seed(3);
         for (int k = 0; k < 100; k++) {
-            const double x = 100 * nmm_random_unit(&random), y = 100 * nmm_random_unit(&random);
-            stage_line(&s, x, y, 100 * nmm_random_unit(&random), 100 * nmm_random_unit(&random));
+            double end[4];
+            for (int i = 0; i < 4; i++)
+                end[i] = 100 * nmm_random_unit(&random);
+            stage_line(&s, end[0], end[1], end[2], end[3]);
         }
         report("joints", &s);
         assert_close(s.report.area, 1e4, 1e-11);
