@@ -5,6 +5,10 @@
 //
 // The number of contacts changes, so each frame is a part of its own. VTK's reader miscounts empty
 // parts: a frame without contacts therefore holds one row with mode -1 and no force.
+//
+// A frame starts a chunk of its own (unused rows stay empty and cost nothing), so compressed chunks
+// are written once and a killed run loses no older frame. Connectivity is 0, 1, 2, ... for every
+// frame and is therefore shared by all.
 
 #include "output.h"
 
@@ -88,10 +92,8 @@ static const char *const topology_table[4] = {"NumberOfCells", "NumberOfConnecti
 
 static nmm_status create_ids(nmm_h5 *h5, const char *group, const char *name, hsize_t chunk) {
     char path[256];
-    const nmm_h5_table table = {.name = nmm_join(path, group, name),
-                                .type = H5T_STD_I64LE,
-                                .chunk = chunk,
-                                .compress = true};
+    const nmm_h5_table table = {
+        .name = nmm_join(path, group, name), .type = H5T_STD_I64LE, .chunk = chunk};
     return nmm_h5_table_create(h5, &table);
 }
 
@@ -106,6 +108,7 @@ nmm_status nmm_contacts_create(nmm_output *output, const nmm_sim *sim) {
     hsize_t chunk = 64;
     while (chunk < (hsize_t)sim->state.n_contact && chunk < 1 << 16)
         chunk *= 2;
+    output->contact_chunk = (long)chunk;
     TRY(create_ids(h5, NMM_CONTACTS, "NumberOfPoints", 256));
     for (int i = 0; i < 4; i++) {
         nmm_join(path, NMM_CONTACTS, topology[i]);
@@ -202,11 +205,15 @@ static void gather_none(nmm_contact_rows *rows, const nmm_sim *sim) {
 // Vertices get one cell a point; the other three kinds stay empty but still have an offset.
 static nmm_status append_topology(nmm_output *output, int kind, int n) {
     const hsize_t k = (hsize_t)output->n_frame, rows = kind == 0 ? (hsize_t)n : 0;
-    const hsize_t before = kind == 0 ? (hsize_t)output->contact_row : 0;
+    const hsize_t before = kind == 0 ? (hsize_t)output->contact_cell : 0;
+    const hsize_t most = kind == 0 ? (hsize_t)output->contact_most : 0;
     const int64_t *sequence = output->rows.sequence;
     const int64_t count = (int64_t)rows;
-    const hsize_t first[4] = {k, k, before, before + k}, size[4] = {1, 1, rows, rows + 1};
-    const int64_t *data[4] = {&count, &count, sequence, sequence};
+    // Connectivity grows only when there are more contacts than ever.
+    const hsize_t longest = rows > most ? rows : most;
+    const hsize_t first[4] = {k, k, most, before + k};
+    const hsize_t size[4] = {1, 1, longest - most, rows + 1};
+    const int64_t *data[4] = {&count, &count, sequence + most, sequence};
     char group[256], path[256];
     nmm_join(group, NMM_CONTACTS, topology[kind]);
     for (int i = 0; i < 4; i++) {
@@ -248,7 +255,22 @@ nmm_status nmm_contacts_append(nmm_output *output, const nmm_sim *sim) {
                               .part = output->n_frame,
                               .point = output->contact_row,
                               .point_field = first,
-                              .cell = {output->contact_row},
-                              .connectivity = {output->contact_row}};
+                              .cell = {output->contact_cell}};
     return nmm_steps_append(&output->h5, &steps, output->n_frame, &row);
+}
+
+void nmm_contacts_advance(nmm_output *output, const nmm_sim *sim) {
+    const long n = nmm_max_int(sim->state.n_contact, 1), chunk = output->contact_chunk;
+    output->contact_row += (n + chunk - 1) / chunk * chunk;
+    output->contact_cell += n;
+    if (n > output->contact_most) output->contact_most = n;
+}
+
+size_t nmm_contacts_bytes(const nmm_output *output, const nmm_sim *sim) {
+    const size_t chunk = (size_t)output->contact_chunk;
+    const size_t rows = ((size_t)sim->state.n_contact / chunk + 2) * chunk;
+    size_t row = 2 * sizeof(int64_t);
+    for (int i = 0; i < N_ARRAY; i++)
+        row += storage_of(contact_array[i].shape).size;
+    return rows * row + rows * row / 64;
 }

@@ -186,6 +186,15 @@ static nmm_status put_field(nmm_output *output, const char *name, int width, int
                       (hsize_t)n, output->row);
 }
 
+size_t nmm_grid_bytes(const nmm_output *output, const nmm_model *m) {
+    const size_t vectors = (size_t)output->displacement + (size_t)output->velocity;
+    const size_t points = vectors * 3 * (size_t)m->n_point;
+    const size_t cells = output->stress ? 6 * (size_t)m->n_element : 0;
+    const size_t bytes = (points + cells) * sizeof(float);
+    // gzip makes nothing larger by more than this.
+    return bytes + bytes / 64;
+}
+
 nmm_status nmm_grid_append(nmm_output *output, const nmm_sim *sim) {
     const nmm_model *m = &sim->model;
     if (output->displacement) {

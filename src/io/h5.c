@@ -156,6 +156,22 @@ nmm_status nmm_h5_open(nmm_h5 *h5, nmm_h5_mode mode) {
     }
 }
 
+nmm_status nmm_h5_reserve(nmm_h5 *h5, size_t bytes) {
+    NMM_ASSERT(h5->file == 0);
+    struct stat about;
+    const int descriptor = open(h5->path, O_WRONLY | O_CLOEXEC);
+    int error = descriptor < 0 || fstat(descriptor, &about) != 0 ? errno : 0;
+    if (error == 0) {
+        // HDF5 cuts the file back to what it needs when it closes it.
+        error = posix_fallocate(descriptor, about.st_size, (off_t)bytes);
+        if (error != 0 && ftruncate(descriptor, about.st_size) != 0) error = errno;
+    }
+    if (descriptor >= 0) close(descriptor);
+    // Some file systems cannot reserve.
+    if (error == 0 || error == EOPNOTSUPP || error == EINVAL) return NMM_OK;
+    return nmm_fail(h5->context, NMM_ERROR_FILE, "cannot write %s: %s", h5->name, strerror(error));
+}
+
 nmm_status nmm_h5_flush(nmm_h5 *h5) {
     if (H5Fflush(h5->file, H5F_SCOPE_GLOBAL) < 0) return nmm_h5_fail_write(h5, "flush");
     return NMM_OK;

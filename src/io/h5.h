@@ -39,6 +39,9 @@ typedef enum nmm_h5_mode { NMM_H5_CREATE, NMM_H5_APPEND, NMM_H5_READ } nmm_h5_mo
 /// Open h5->path. A lock held by another process is waited for; then an append goes on without
 /// locks (only readers can hold it: runs have a lock of their own), a read is NMM_ERROR_FILE.
 nmm_status nmm_h5_open(nmm_h5 *h5, nmm_h5_mode mode);
+/// Make sure that `bytes` more fit on the disk, before the file is opened to append: HDF5 does not
+/// survive a full disk, this does. NMM_ERROR_FILE: they do not fit; the file is as before.
+nmm_status nmm_h5_reserve(nmm_h5 *h5, size_t bytes);
 /// Write everything out. NMM_ERROR_FILE: disk full and the like.
 nmm_status nmm_h5_flush(nmm_h5 *h5);
 nmm_status nmm_h5_close(nmm_h5 *h5);
@@ -58,7 +61,7 @@ typedef struct nmm_h5_table {
     hid_t type;       // of one number, as stored
     int width;
     hsize_t chunk; // rows of a chunk, at least 1
-    bool compress; // shuffle and gzip 1
+    bool compress; // shuffle and gzip 1: only where a chunk is written once
     const char *unit, *meaning;
 } nmm_h5_table;
 nmm_status nmm_h5_table_create(nmm_h5 *h5, const nmm_h5_table *table);

@@ -227,7 +227,7 @@ nmm_status nmm_h5_record_create(nmm_h5 *h5, const char *name, const nmm_h5_recor
     const hid_t type = nmm_h5_record_type(record, keep);
     if (type < 0) return nmm_h5_fail_write(h5, name);
     H5Tpack(type);
-    const nmm_h5_table table = {.name = name, .type = type, .chunk = chunk, .compress = true};
+    const nmm_h5_table table = {.name = name, .type = type, .chunk = chunk};
     const hid_t dataset =
         chunk > 0 ? create_growing(h5->file, &table) : create_scalar(h5->file, name, type);
     const bool written = dataset >= 0 && describe_columns(dataset, record, keep);

@@ -79,7 +79,7 @@ static nmm_status append_frame(nmm_output *output, nmm_sim *sim) {
     if (output->contact)
         TRY(nmm_h5_attribute_put(h5, NMM_CONTACTS "/Steps", "NSteps", H5T_NATIVE_INT, 0, &n_frame));
     output->n_frame = n_frame;
-    output->contact_row += nmm_max_int(sim->state.n_contact, 1);
+    if (output->contact) nmm_contacts_advance(output, sim);
     output->frame_step = sim->state.step;
     return NMM_OK;
 }
@@ -112,9 +112,20 @@ static nmm_status append_tables(nmm_output *output, nmm_sim *sim) {
     return nmm_h5_record_set(h5, NMM_META "/summary", &nmm_record_summary, &summary);
 }
 
+// What a writing needs at most; tables grow by whole chunks.
+static size_t bytes_needed(const nmm_output *output, const nmm_sim *sim, bool frame) {
+    const size_t rows = (size_t)output->n_ledger + 256, slack = 1 << 19;
+    const size_t monitors = (size_t)output->n_monitor * rows * sizeof(nmm_monitor_row);
+    const size_t tables = rows * sizeof(nmm_step_report) + monitors + slack;
+    if (!frame) return tables;
+    const size_t contacts = output->contact ? nmm_contacts_bytes(output, sim) : 0;
+    return tables + nmm_grid_bytes(output, &sim->model) + contacts;
+}
+
 // Open, append, close. `state` is the status to store, NULL: as before.
 static nmm_status write_now(nmm_output *output, nmm_sim *sim, bool frame, const char *state) {
     nmm_h5 *h5 = &output->h5;
+    TRY(nmm_h5_reserve(h5, bytes_needed(output, sim, frame)));
     TRY(nmm_h5_open(h5, NMM_H5_APPEND));
     TRY(append_tables(output, sim));
     if (frame) TRY(append_frame(output, sim));

@@ -45,12 +45,15 @@ struct nmm_output {
     int lock; // descriptor of the run's lock, -1: none
     bool displacement, velocity, stress, contact;
     bool renamed;
-    double every;     // [s] between frames; 0: each step
-    double due;       // multiples of `every` passed so far
-    int n_frame;      // whole frames in the file
-    long frame_step;  // step of the newest frame
-    long contact_row; // rows of contacts written so far
-    long table_row;   // rows of ledger and monitors written so far
+    double every;       // [s] between frames; 0: each step
+    double due;         // multiples of `every` passed so far
+    int n_frame;        // whole frames in the file
+    long frame_step;    // step of the newest frame
+    long contact_row;   // where the contacts of the next frame start
+    long contact_cell;  // contacts written so far
+    long contact_chunk; // rows of a chunk of contacts
+    long contact_most;  // most contacts of a frame so far
+    long table_row;     // rows of ledger and monitors written so far
     int n_ledger, ledger_capacity;
     nmm_step_report *ledger; // [n_ledger] not yet written
     int n_monitor, monitor_capacity;
@@ -73,6 +76,12 @@ nmm_status nmm_grid_append(nmm_output *output, const nmm_sim *sim);
 
 nmm_status nmm_contacts_create(nmm_output *output, const nmm_sim *sim);
 nmm_status nmm_contacts_append(nmm_output *output, const nmm_sim *sim);
+/// The appended frame counts: move on to the place of the next one.
+void nmm_contacts_advance(nmm_output *output, const nmm_sim *sim);
+
+/// Bytes that the next frame needs at most.
+size_t nmm_grid_bytes(const nmm_output *output, const nmm_model *model);
+size_t nmm_contacts_bytes(const nmm_output *output, const nmm_sim *sim);
 
 /// Names of the datasets of VTKHDF's time steps under `group`, for `n_field` fields.
 typedef struct nmm_steps {

@@ -2,6 +2,9 @@
 //
 // The group `Steps` of the temporal VTKHDF 2.0 layout: for every step its time and the first row
 // of its parts, points, cells and fields. The attribute NSteps is written elsewhere, last.
+//
+// Chunks that several frames share are not compressed: rows are added in place, so that a killed
+// run never leaves a half-written chunk with older rows in it.
 
 #include "output.h"
 
@@ -28,8 +31,7 @@ static nmm_status create_offsets(nmm_h5 *h5, const char *group, const char *name
     const nmm_h5_table table = {.name = nmm_join(path, group, name),
                                 .type = H5T_STD_I64LE,
                                 .width = width,
-                                .chunk = STEP_CHUNK,
-                                .compress = true};
+                                .chunk = STEP_CHUNK};
     return nmm_h5_table_create(h5, &table);
 }
 

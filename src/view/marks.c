@@ -57,7 +57,7 @@ static double crowding(const nmm_picture *picture) {
     int n = 0;
     for (int i = 0; i < picture->frame.n_contact; i++)
         n += force_of(&picture->frame.contact[i]) > 0.1 * picture->force_most;
-    return nmm_max(0.35, nmm_min(1, sqrt(80.0 / nmm_max_int(n, 1))));
+    return nmm_max(0.45, nmm_min(1, sqrt(120.0 / nmm_max_int(n, 1))));
 }
 
 // Along the force, centred at the contact; length and thickness grow with it.

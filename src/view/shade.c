@@ -169,17 +169,13 @@ static void set_range(nmm_shade *shade, int n, weighed *item) {
     shade->above = shade->high < most;
 }
 
-// Signed fields: zero is white. When one sign hardly occurs, the colour bar shows the other half.
+// Signed fields: zero is white, and both signs fade alike; the colour bar shows what occurs.
 static void centre_range(nmm_shade *shade) {
     const double most = nmm_max(fabs(shade->low), fabs(shade->high));
     shade->full_low = -most;
     shade->full_high = most;
-    if (shade->high <= 0.02 * most)
-        shade->high = 0;
-    else if (shade->low >= -0.02 * most)
-        shade->low = 0;
-    if (shade->high > 0) shade->high = most;
-    if (shade->low < 0) shade->low = -most;
+    shade->low = nmm_min(0, shade->low);
+    shade->high = nmm_max(0, shade->high);
 }
 
 // Magnitudes: from zero on, unless all are far from it.
