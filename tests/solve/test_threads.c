@@ -46,7 +46,7 @@ static void test_same_bits(void **state) {
     nmm_context context = {.n_thread = 1};
     test_system system = {0};
     const rock wall = {
-        .n_across = 10, .n_up = 8, .n_node = 6, .courant = 3, .spring = 50, .seed = 4};
+        .n_across = 10, .n_up = 8, .n_node = 6, .courant = 0.3, .spring = 50, .seed = 4};
     test_system_rock(&context, &system, &wall);
     assert_true(system.K.n_row > 2500);
     nmm_solve_options options[3];
