@@ -204,6 +204,8 @@ NMM_API void nmm_file_close(nmm_file *file);
 NMM_API const nmm_error *nmm_file_error(const nmm_file *file);
 NMM_API int nmm_file_frames(const nmm_file *file);
 NMM_API nmm_status nmm_file_summary(nmm_file *file, nmm_summary *summary);
+/// Name of the scene file, as it was given to the run.
+NMM_API const char *nmm_file_scene_path(const nmm_file *file);
 NMM_API const char *nmm_file_scene_text(nmm_file *file);
 NMM_API int nmm_file_monitors(const nmm_file *file);
 /// The last reading of monitor k.

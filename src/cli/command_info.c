@@ -19,6 +19,7 @@ int command_info(const arguments *given) {
         status = message_failure(nmm_file_error(file), given->path);
     } else {
         report.source = file;
+        report.scene = nmm_file_scene_path(file);
         report.reading = read_monitor;
         report.n_monitor = nmm_file_monitors(file);
         report.n_frame = nmm_file_frames(file);

@@ -52,6 +52,8 @@ static nmm_status check_kind(nmm_file *file, nmm_h5 *h5) {
     if (version[0] != 2 || strcmp(type, "UnstructuredGrid") != 0)
         return nmm_h5_fail_read(h5, NMM_GRID, "not the expected layout");
     TRY(nmm_h5_attribute_text_get(h5, NMM_META, "title", file->title, sizeof file->title));
+    TRY(nmm_h5_attribute_text_get(h5, NMM_META, "scene_path", file->scene_path,
+                                  sizeof file->scene_path));
     return nmm_h5_attribute_text_get(h5, NMM_META, "status", file->state, sizeof file->state);
 }
 
@@ -206,6 +208,10 @@ bool nmm_file_has(const nmm_file *file, const char *field) {
     if (strcmp(field, "velocity") == 0) return file->velocity;
     if (strcmp(field, "stress") == 0) return file->stress;
     return strcmp(field, "contact") == 0 && file->contact;
+}
+
+const char *nmm_file_scene_path(const nmm_file *file) {
+    return file->scene_path;
 }
 
 const char *nmm_file_scene_text(nmm_file *file) {

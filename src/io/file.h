@@ -22,7 +22,7 @@ struct nmm_file {
     const char *path;
     dev_t device; // which file it was when it was opened
     ino_t inode;
-    char title[1024];
+    char title[1024], scene_path[1024];
     char state[32];
     char *scene;
     int n_frame;

@@ -234,6 +234,11 @@ static nmm_status start(nmm_output *output, nmm_sim *sim, const char *path) {
     return write_first(output, sim);
 }
 
+// Since `start` the run waited for its file.
+static void book_time(nmm_sim *sim, double start) {
+    sim->summary.phase_seconds.output += nmm_clock() - start;
+}
+
 // A failed writing ends the use of the file: what is in it stays.
 static nmm_status settle(nmm_output *output, nmm_status status) {
     if (status == NMM_OK) return NMM_OK;
@@ -250,9 +255,11 @@ nmm_status nmm_output_create(nmm_output **output, nmm_sim *sim, const char *path
     TRY(nmm_allocate(&context, output, 1, sizeof **output));
     (*output)->context = context;
     (*output)->lock = -1;
+    const double before = nmm_clock();
     const nmm_h5_quiet quiet = nmm_h5_quiet_begin();
     const nmm_status status = settle(*output, start(*output, sim, path));
     nmm_h5_quiet_end(quiet);
+    book_time(sim, before);
     return status;
 }
 
@@ -260,10 +267,12 @@ nmm_status nmm_output_step(nmm_output *output, nmm_sim *sim, const nmm_step_repo
     if (output->context.error.status != NMM_OK) return output->context.error.status;
     TRY(gather_row(output, sim, report));
     const bool frame = is_due(output, sim->state.time);
-    if (!frame && nmm_clock() - output->written < WRITE_EVERY) return NMM_OK;
+    const double before = nmm_clock();
+    if (!frame && before - output->written < WRITE_EVERY) return NMM_OK;
     const nmm_h5_quiet quiet = nmm_h5_quiet_begin();
     const nmm_status status = settle(output, write_now(output, sim, frame, NULL));
     nmm_h5_quiet_end(quiet);
+    book_time(sim, before);
     return status;
 }
 

@@ -217,6 +217,7 @@ class Results(Case):
                              (SOLVER_FIELDS, result["solver"]), (ENERGY_FIELDS, result["energy"])):
             self.assertEqual([f for f in fields if f not in part], [])
         self.assertEqual(err, "")
+        self.assertGreater(result["phase_seconds"]["output"], 0)
         self.assertEqual((result["scene"], result["end"], result["blocks"]),
                          ("fall.yaml", "completed", 1))
         self.assertRegex(result["state_hash"], "^[0-9a-f]{16}$")
@@ -234,7 +235,7 @@ class Results(Case):
     def test_info_agrees_with_run(self):
         ran = strict_json(self.expect(0, "run", "fall.yaml", "--json")[0])
         told = strict_json(self.expect(0, "info", "fall.vtkhdf", "--json")[0])
-        for name in "blocks elements covers unknowns steps time end energy state_hash".split():
+        for name in "scene blocks elements covers unknowns steps time end energy state_hash".split():
             self.assertEqual(told[name], ran[name], name)
         self.assertEqual(told["monitors"], ran["monitors"])
 
