@@ -77,9 +77,9 @@ static void test_numbers_not_finite(void **state) {
 
 static void test_diagonal_not_positive(void **state) {
     (void)state;
-    const double block[][4] = {{0, 0, 0, 0},  {1, 0, 0, 0},     {0, 0, 0, 1}, {-1, 0, 0, 1},
-                               {1, 0, 0, -1}, {-2, 0, 0, -2},   {1, 1, 1, 1}, {1, 2, 2, 1},
-                               {0, 1, 1, 0},  {4e9, 2, 2, 1e-9}};
+    const double block[][4] = {{0, 0, 0, 0},  {1, 0, 0, 0},      {0, 0, 0, 1},        {-1, 0, 0, 1},
+                               {1, 0, 0, -1}, {-2, 0, 0, -2},    {1, 1, 1, 1},        {1, 2, 2, 1},
+                               {0, 1, 1, 0},  {4e9, 2, 2, 1e-9}, {1, 1, 1, 1 + 1e-15}};
     for (size_t k = 0; k < sizeof block / sizeof *block; k++) {
         fixture x;
         set_up(&x);
@@ -131,6 +131,7 @@ static void test_negative_curvature(void **state) {
         const bool sees = methods[k] == NMM_SOLVE_PCG || methods[k] == NMM_SOLVE_JACOBI;
         assert_int_equal(report.end, sees ? NMM_SOLVE_INDEFINITE : NMM_SOLVE_DIVERGED);
         if (sees) assert_in_range(report.row, 0, 1);
+        assert_true(report.iterations <= 100);
         for (int i = 0; i < 4; i++)
             assert_near(u[i], 0, 0);
         assert_near(report.residual, 1, 1e-15);
@@ -200,6 +201,8 @@ static void test_plain_jacobi(void **state) {
         assert_int_equal(damped.end, NMM_SOLVE_CONVERGED);
         options.jacobi_damping = 1;
         memset(u, 0, 2 * (size_t)system.K.n_row * sizeof *u);
+        // From a guess that is no number: what is left is zero, never the NaN.
+        u[3] = NAN;
         assert_int_equal(nmm_solve_host()->solve(&context, solver, &system.K, system.f, u, false,
                                                  &options, &plain),
                          NMM_OK);
