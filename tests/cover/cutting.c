@@ -151,9 +151,31 @@ static void polyline_and_tee(void **state) {
     STAGE_JOINT(&s, 2, 2, 1.75, 2, 6);
     STAGE_JOINT(&s, 2, 5.5, 6, 5.5, 2.25 + 1e-9);
     stage_build(&s);
+    assert_close(s.report.area, 60.0, 1e-12);
     assert_int_equal(s.model.n_block, 4);
     assert_int_equal(s.report.n_trimmed, 0);
     assert_close(joint_length(&s, 2), 2 * (4.25 + 3.75), 1e-9);
+    stage_close(&s);
+}
+
+// Joints that miss a slanted side by rounding are moved onto it; the side stays where it is.
+static void outline_stays(void **state) {
+    (void)state;
+    stage s;
+    stage_open(&s, 1);
+    stage_domain(&s, 3, (double[]){0, 0, 8, 0, 0, 6}, 0);
+    for (int k = 1; k < 8; k++) {
+        const double error = 4e-9 * (k % 3 - 1);
+        stage_line(&s, k, 0, k, 6 - 0.75 * k + error);
+    }
+    stage_build(&s);
+    assert_int_equal(s.model.n_block, 8);
+    assert_int_equal(s.report.n_trimmed, 0);
+    assert_close(s.report.area, 24.0, 1e-12);
+    for (int p = 0; p < s.model.n_point; p++) {
+        const double x = s.model.point[2 * p] + 4, y = s.model.point[2 * p + 1] + 3;
+        assert_true(0.75 * x + y - 6 < 2 * s.report.snap);
+    }
     stage_close(&s);
 }
 
@@ -211,6 +233,30 @@ static void holes_inside_one_element(void **state) {
         const bool second = fabs(x) < 1 && y > 0.5 && y < 1.5;
         assert_false(first || second);
     }
+    stage_close(&s);
+}
+
+// The corner nearest to the hole lies behind a slot: the cut goes to one that can be seen.
+static void hidden_corner(void **state) {
+    (void)state;
+    stage s;
+    stage_open(&s, 40);
+    stage_domain(&s, 11, (double[]){-2, -2, -0.6, -2, -0.6, 0.5, -0.5, 0.5,  -0.5, -2, 2,
+                                    -2, 2,  2,    -2, 2,    -2,  0.05, -0.7, 0,    -2, -0.05},
+                 0);
+    stage_hole(&s, 3, (double[]){-0.4, 0, 0, -0.2, 0, 0.2});
+    stage_build(&s);
+    const nmm_model *m = &s.model;
+    assert_int_equal(m->n_element, 1);
+    int n_cut = 0;
+    for (int k = 0; k < m->n_corner; k++) {
+        const double *p = m->point + 2 * m->corner_point[k];
+        const double *q = m->point + 2 * m->corner_point[(k + 1) % m->n_corner];
+        const bool from_hole = fabs(p[0] + 0.4) < 1e-9 && fabs(p[1]) < 1e-9;
+        if (from_hole && q[0] < -0.45) n_cut += fabs(q[0] + 0.5) < 1e-9 && q[1] > 0.4;
+        if (from_hole) assert_false(fabs(q[0] + 0.7) < 1e-9);
+    }
+    assert_int_equal(n_cut, 1);
     stage_close(&s);
 }
 
@@ -338,8 +384,10 @@ int main(void) {
         cmocka_unit_test(crack),
         cmocka_unit_test(useless_joints),
         cmocka_unit_test(polyline_and_tee),
+        cmocka_unit_test(outline_stays),
         cmocka_unit_test(hole_with_joint),
         cmocka_unit_test(holes_inside_one_element),
+        cmocka_unit_test(hidden_corner),
         cmocka_unit_test(regions_split_but_connect),
         cmocka_unit_test(welded_polygons),
         cmocka_unit_test(touching_in_a_point),

@@ -241,6 +241,118 @@ static void families_that_cross(void **state) {
     work_close(&w);
 }
 
+// --- Welding
+// --------------------------------------------------------------------------------------
+
+static void work_weld(work *w, int64_t reach) {
+    assert_int_equal(nmm_arrangement_build(&w->context, &w->a, w->n, w->segment, reach), NMM_OK);
+}
+
+// An outline of rank 0 stays where it is; ends of rank 2 just short of it or beyond move onto it.
+static void ends_move_to_the_outline(void **state) {
+    (void)state;
+    const int64_t off[] = {-5, 0, 5};
+    for (int k = 0; k < 3; k++) {
+        work w;
+        work_open(&w);
+        add(&w, 0, 0, 1000, 0);
+        add(&w, 500, 700, 403, off[k]);
+        w.segment[1].rank = 2;
+        work_weld(&w, 8);
+        check_all(&w.a);
+        assert_int_equal(w.a.n_edge, 3);
+        assert_int_equal(w.a.n_vertex, 4);
+        for (int v = 0; v < w.a.n_vertex; v++)
+            assert_true(w.a.vertex[v].y == 0 || w.a.vertex[v].y == 700);
+        // Out of reach: nothing moves.
+        work_weld(&w, 4);
+        assert_int_equal(w.a.n_edge, k == 0 ? 4 : k == 1 ? 3 : 2);
+        work_close(&w);
+    }
+}
+
+// Of vertices near each other the most rigid stays, whatever the order.
+static void the_most_rigid_stays(void **state) {
+    (void)state;
+    for (int turn = 0; turn < 3; turn++) {
+        work w;
+        work_open(&w);
+        for (int k = 0; k < 3; k++) {
+            const int rank = (k + turn) % 3;
+            add(&w, 1000 + 3 * rank, 1000 - rank, rank == 0 ? 2000 : -2000 * rank, 5000);
+            w.segment[k].rank = 2 - rank;
+        }
+        work_weld(&w, 10);
+        assert_int_equal(w.a.n_vertex, 4);
+        int found = 0;
+        for (int v = 0; v < 4; v++)
+            found += w.a.vertex[v].x == 1006 && w.a.vertex[v].y == 998;
+        assert_int_equal(found, 1);
+        work_close(&w);
+    }
+}
+
+// Where welding swaps the order of an edge's ends, its source still runs the way it ran.
+static void sources_keep_their_direction(void **state) {
+    (void)state;
+    work w;
+    work_open(&w);
+    add(&w, 4, 0, 2000, 0);
+    add(&w, 0, 0, 1, 1000);
+    w.segment[1].rank = 2;
+    work_weld(&w, 6);
+    assert_int_equal(w.a.n_edge, 2);
+    // The edge (1, 1000) - (4, 0) comes first; segment 1 runs from its higher vertex.
+    assert_int_equal(w.a.source[w.a.source_start[0]], 2 * 1 + 1);
+    assert_int_equal(w.a.source[w.a.source_start[1]], 0);
+    work_close(&w);
+}
+
+// Two segments nearly on one line become one wherever they are near.
+static void nearly_parallel(void **state) {
+    (void)state;
+    work w;
+    work_open(&w);
+    add(&w, 0, 0, 100000, 0);
+    add(&w, 20000, 3, 80000, -2);
+    for (int k = 1; k < 10; k++)
+        add(&w, 10000 * k, -500, 10000 * k + 7, 600);
+    work_weld(&w, 16);
+    check_all(&w.a);
+    assert_int_equal(w.a.n_face, 1);
+    work_close(&w);
+}
+
+// Random segments welded with a reach far above the unit are planar too, in any order.
+static uint64_t arrangement_hash(const nmm_arrangement *a);
+static void shuffle(work *w, nmm_random *random);
+static void welded_at_random(void **state) {
+    (void)state;
+    work w;
+    work_open(&w);
+    nmm_random random = nmm_random_seed(9);
+    for (int k = 0; k < 300; k++) {
+        w.n = 0;
+        for (int i = 0; i < 12; i++) {
+            int64_t c[4];
+            for (int j = 0; j < 4; j++) {
+                // Near the points of a raster.
+                c[j] = 1000 * (int64_t)(nmm_random_next(&random) % 6);
+                c[j] += (int64_t)(nmm_random_next(&random) % 21) - 10;
+            }
+            add(&w, c[0], c[1], c[2], c[3]);
+            w.segment[i].rank = i % 3;
+        }
+        work_weld(&w, 30);
+        check_all(&w.a);
+        const uint64_t hash = arrangement_hash(&w.a);
+        shuffle(&w, &random);
+        work_weld(&w, 30);
+        assert_true(hash == arrangement_hash(&w.a));
+    }
+    work_close(&w);
+}
+
 static void nothing(void **state) {
     (void)state;
     work w;
@@ -311,6 +423,16 @@ static uint64_t arrangement_hash(const nmm_arrangement *a) {
     return nmm_hash(hash, a->cycle, (size_t)a->face_start[a->n_face] * sizeof(int));
 }
 
+// Another order, and other directions.
+static void shuffle(work *w, nmm_random *random) {
+    for (int i = w->n - 1; i > 0; i--) {
+        const int j = (int)random_below(random, i + 1);
+        const nmm_isegment moved = w->segment[i];
+        w->segment[i] = w->segment[j];
+        w->segment[j] = (nmm_isegment){moved.b, moved.a, moved.family, moved.rank};
+    }
+}
+
 // Same bits for any order and direction of the segments.
 static void order_and_direction(void **state) {
     (void)state;
@@ -321,12 +443,7 @@ static void order_and_direction(void **state) {
         random_segments(&w, &random, 20, k % 2 == 0 ? 24 : INT64_C(1) << 40);
         work_build(&w);
         const uint64_t hash = arrangement_hash(&w.a);
-        for (int i = w.n - 1; i > 0; i--) {
-            const int j = (int)random_below(&random, i + 1);
-            const nmm_isegment moved = w.segment[i];
-            w.segment[i] = w.segment[j];
-            w.segment[j] = (nmm_isegment){moved.b, moved.a, moved.family, 0};
-        }
+        shuffle(&w, &random);
         work_build(&w);
         assert_true(hash == arrangement_hash(&w.a));
     }
@@ -363,6 +480,11 @@ int main(void) {
         cmocka_unit_test(nested_squares),
         cmocka_unit_test(overlaps_are_merged),
         cmocka_unit_test(families_that_cross),
+        cmocka_unit_test(ends_move_to_the_outline),
+        cmocka_unit_test(the_most_rigid_stays),
+        cmocka_unit_test(sources_keep_their_direction),
+        cmocka_unit_test(nearly_parallel),
+        cmocka_unit_test(welded_at_random),
         cmocka_unit_test(nothing),
         cmocka_unit_test(random_arrangements),
         cmocka_unit_test(random_islands),
