@@ -63,6 +63,10 @@ nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const
 nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
                                    const nmm_contact *contact);
 
+/// Forces balance: bonds loaded beyond their strength break in this step, the most loaded ones
+/// first. Returns how many; then the passes go on.
+int nmm_contact_break(const nmm_model *model, nmm_state *state);
+
 /// Augmented contact: raise the carried forces of closed contacts that overlap (or sticking ones
 /// that slipped) by more than `allowed` [m]. Returns whether any was raised.
 bool nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double allowed);

@@ -11,6 +11,38 @@
 #include <stdio.h>
 #include <string.h>
 
+// Does the edge after `edge` run on in the same direction, in the reference configuration?
+static bool runs_on(const nmm_model *model, int edge) {
+    const int next = model->vertex_next[edge], last = model->vertex_next[next];
+    const double *p = model->point + 2 * (long)model->vertex_point[edge];
+    const double *q = model->point + 2 * (long)model->vertex_point[next];
+    const double *r = model->point + 2 * (long)model->vertex_point[last];
+    const nmm_vec2 a = {q[0] - p[0], q[1] - p[1]}, b = {r[0] - q[0], r[1] - q[1]};
+    const double size = sqrt(nmm_vec2_dot(a, a) * nmm_vec2_dot(b, b));
+    return nmm_vec2_dot(a, b) > 0 && fabs(nmm_vec2_cross(a, b)) <= 1e-3 * size;
+}
+
+// Edges of a loop that lie in line, cut only by the mesh, are one side.
+static void number_sides(nmm_contact_search *search, const nmm_model *model) {
+    for (int v = 0; v < model->n_vertex; v++)
+        search->side[v] = -1;
+    for (int v = 0; v < model->n_vertex; v++) {
+        if (search->side[v] >= 0) continue;
+        // Back to the start of the side; once round at most.
+        int first = v;
+        while (runs_on(model, model->vertex_prev[first]) && model->vertex_prev[first] != v) {
+            first = model->vertex_prev[first];
+        }
+        int edge = first;
+        do {
+            search->side[edge] = first;
+            const bool on = runs_on(model, edge);
+            edge = model->vertex_next[edge];
+            if (!on) break;
+        } while (search->side[edge] < 0);
+    }
+}
+
 nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
                             const nmm_contact_options *options, nmm_contact_search **search) {
     TRY(nmm_allocate(context, search, 1, sizeof **search));
@@ -20,6 +52,8 @@ nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
     s->n_bucket = 16;
     while (s->n_bucket < model->n_vertex && s->n_bucket < 1 << 28)
         s->n_bucket *= 2;
+    TRY(nmm_allocate(context, &s->side, n, sizeof(int)));
+    number_sides(s, model);
     TRY(nmm_allocate(context, &s->built_at, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &s->bucket_start, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->bucket_pairs, (size_t)s->n_bucket + 1, sizeof(int)));
@@ -30,6 +64,8 @@ nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
 void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_contact_search *s = *search;
     if (s == NULL) return;
+    nmm_release(context, &s->side);
+    nmm_release(context, &s->table);
     nmm_release(context, &s->built_at);
     nmm_release(context, &s->pair);
     nmm_release(context, &s->bucket_start);
@@ -38,11 +74,25 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_release(context, &s->box);
     nmm_release(context, &s->raw);
     nmm_release(context, &s->raw_first);
-    nmm_release(context, &s->raw_count);
     nmm_release(context, &s->vertex_start);
     nmm_release(context, &s->sorted);
     nmm_release(context, &s->next);
     nmm_release(context, search);
+}
+
+const nmm_contact *nmm_contact_lookup(const nmm_state *state, int vertex, int edge) {
+    int low = 0, high = state->n_contact;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        const nmm_contact *c = &state->contact[middle];
+        if (c->vertex < vertex || (c->vertex == vertex && c->edge < edge))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    if (low >= state->n_contact) return NULL;
+    const nmm_contact *c = &state->contact[low];
+    return c->vertex == vertex && c->edge == edge ? c : NULL;
 }
 
 // --- A new contact
@@ -110,30 +160,39 @@ static void inherit(const nmm_contact_search *search, const nmm_model *model,
 
 static const nmm_contact *closed_contact(const nmm_state *state, int vertex, int edge) {
     const nmm_contact *old = nmm_contact_lookup(state, vertex, edge);
-    return old != NULL && old->mode != NMM_CONTACT_OPEN && !old->bonded ? old : NULL;
+    return old != NULL && old->mode != NMM_CONTACT_OPEN ? old : NULL;
 }
 
-// History of a contact that was not there under its own name.
-static const nmm_contact *history_beside(const nmm_model *model, const nmm_state *state,
-                                         const nmm_contact *c) {
-    const int v = c->vertex, e = c->edge;
-    // The vertex passed a corner or a cut of the other side.
-    const nmm_contact *old = closed_contact(state, v, model->vertex_prev[e]);
-    if (old == NULL) old = closed_contact(state, v, model->vertex_next[e]);
+// Directions of two edges: in line, or (sign -1) face to face.
+static bool in_line(const nmm_model *model, const nmm_state *state, int a, int b, int sign) {
+    const nmm_vec2 s = nmm_edge_line_of(model, state, a).t, t = nmm_edge_line_of(model, state, b).t;
+    return sign * nmm_vec2_dot(s, t) > NMM_IN_LINE;
+}
+
+const nmm_contact *nmm_contact_history(const nmm_model *model, const nmm_state *state, int vertex,
+                                       int edge) {
+    const nmm_contact *old = nmm_contact_lookup(state, vertex, edge);
     if (old != NULL) return old;
+    // The vertex passed a corner or a cut of the other side.
+    const int near[2] = {model->vertex_prev[edge], model->vertex_next[edge]};
+    for (int k = 0; k < 2; k++) {
+        old = closed_contact(state, vertex, near[k]);
+        if (old != NULL && in_line(model, state, edge, near[k], 1)) return old;
+    }
     // The other side's vertices at this place, on the edges that meet here.
-    const int other[2] = {e, model->vertex_next[e]};
-    const int edge[2] = {v, model->vertex_prev[v]};
-    for (int k = 0; k < 4 && old == NULL; k++)
-        old = closed_contact(state, other[k / 2], edge[k % 2]);
-    return old;
+    const int other[2] = {edge, model->vertex_next[edge]};
+    const int side[2] = {vertex, model->vertex_prev[vertex]};
+    for (int k = 0; k < 4; k++) {
+        old = closed_contact(state, other[k / 2], side[k % 2]);
+        if (old != NULL && in_line(model, state, edge, side[k % 2], -1)) return old;
+    }
+    return NULL;
 }
 
 static nmm_contact with_history(const nmm_contact_search *search, const nmm_model *model,
-                                const nmm_state *state, const nmm_raw *raw) {
+                                const nmm_state *state, const nmm_raw *raw,
+                                const nmm_contact *old) {
     nmm_contact c = new_contact(search, model, state, raw);
-    const nmm_contact *old = nmm_contact_lookup(state, c.vertex, c.edge);
-    if (old == NULL) old = history_beside(model, state, &c);
     if (old != NULL)
         inherit(search, model, state, &c, old);
     else
@@ -145,10 +204,11 @@ static nmm_contact with_history(const nmm_contact_search *search, const nmm_mode
 // ------------------------------------------------------------------------------------
 
 // Joints that hold are bonded; initial stress is in balance at once, eq. (5.12).
-static void begin_contact(const nmm_model *model, const nmm_state *state, nmm_contact *c) {
+static void begin_contact(const nmm_model *model, const nmm_state *state, const nmm_raw *raw,
+                          nmm_contact *c) {
     const nmm_interface *law = &model->interface[c->interface];
-    const bool touching = fabs(c->gap) <= 1e-6 * model->size;
-    if (!touching || model->edge_mate[c->edge] < 0) return;
+    const bool touching = fabs(c->gap) <= NMM_TOUCH * model->size;
+    if (raw->corner || !touching || model->edge_mate[c->edge] < 0) return;
     c->bonded = law->cohesion > 0 || law->tensile_strength > 0;
     const nmm_edge_line e = nmm_edge_line_of(model, state, c->edge);
     const double *a = state->initial_stress + 3 * (long)model->edge_element[c->edge];
@@ -188,8 +248,11 @@ static int make_list(nmm_contact_search *search, const nmm_model *model, const n
         }
         const nmm_raw *raw = &search->sorted[i++];
         if (order == 0) old += 1;
-        search->next[n] = with_history(search, model, state, raw);
-        if (begins) begin_contact(model, state, &search->next[n]);
+        const nmm_contact *before = nmm_contact_history(model, state, raw->vertex, raw->edge);
+        // A bond at the same place, kept under its own name, stands for this one.
+        if (before != NULL && before->bonded && order != 0) continue;
+        search->next[n] = with_history(search, model, state, raw, before);
+        if (begins) begin_contact(model, state, raw, &search->next[n]);
         n += 1;
     }
     return n;

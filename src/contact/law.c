@@ -8,17 +8,35 @@
 
 #include <math.h>
 
-// A contact that just slid stands exactly at its limit: rounding must not make it stick.
 #define AT_LIMIT (1 - 1e-9)
 
 // --- Kinematics
 // ------------------------------------------------------------------------------------------
 
-static void measure(const nmm_model *model, const nmm_state *state, nmm_contact *c) {
+// Was the vertex beyond a convex end of the edge when the step began, and is it still? Then it
+// passes the corner, whatever the gap to the edge's line. `foot` and `anchor` along the edge [m].
+static bool passes_corner(const nmm_model *model, const nmm_state *state, const nmm_contact *c,
+                          const nmm_edge_line *e, double foot) {
+    const double anchor = c->anchor * e->length, margin = 2 * NMM_SAME * model->size;
+    int next;
+    if (foot < -margin && anchor < -margin)
+        next = model->vertex_prev[c->edge];
+    else if (foot > e->length + margin && anchor > e->length + margin)
+        next = model->vertex_next[c->edge];
+    else
+        return false;
+    const double turn = nmm_vec2_cross(e->t, nmm_edge_line_of(model, state, next).t);
+    return foot < 0 ? turn < -NMM_SLANTED : turn > NMM_SLANTED;
+}
+
+// Gap and slip, eq. (5.1); false when the vertex passes a corner of the other block.
+static bool measure(const nmm_model *model, const nmm_state *state, nmm_contact *c) {
     const nmm_edge_line e = nmm_edge_line_of(model, state, c->edge);
     const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, c->vertex), e.p);
+    const double foot = nmm_vec2_dot(e.t, off);
     c->gap = nmm_vec2_dot(e.n, off);
-    c->slip = nmm_vec2_dot(e.t, off) - c->anchor * e.length;
+    c->slip = foot - c->anchor * e.length;
+    return c->bonded || !passes_corner(model, state, c, &e, foot);
 }
 
 nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
@@ -57,35 +75,67 @@ static double energy_of(const nmm_contact *c, double N, double T) {
     return 0.5 * N * N / c->normal_stiffness + 0.5 * T * T / c->shear_stiffness;
 }
 
-// Friction without strength.
-static void slide_or_stick(nmm_contact *c, double N, double T, double friction) {
-    c->normal_force = nmm_max(N, 0);
+static void set_open(nmm_contact *c) {
+    c->normal_force = 0;
     c->shear_force = 0;
     c->mode = NMM_CONTACT_OPEN;
+}
+
+// Friction without strength, eq. (5.7). `rounding` [m] is what places are uncertain by.
+static void slide_or_stick(nmm_contact *c, double N, double T, double friction, double rounding) {
+    set_open(c);
     if (N <= 0) return;
     const double limit = friction * N;
-    c->mode = fabs(T) < limit * AT_LIMIT ? NMM_CONTACT_STICK : NMM_CONTACT_SLIDE;
+    // A contact that just slid stands exactly at its limit: rounding must not make it stick.
+    const double blur = (c->shear_stiffness + friction * c->normal_stiffness) * rounding;
+    c->normal_force = N;
+    c->mode = fabs(T) < limit * AT_LIMIT - blur ? NMM_CONTACT_STICK : NMM_CONTACT_SLIDE;
     c->shear_force = c->mode == NMM_CONTACT_STICK ? T : copysign(limit, T);
 }
 
-static void apply_law(const nmm_interface *law, nmm_contact *c) {
+// A bond is elastic during the passes; whether it holds is asked when forces balance.
+static void apply_law(const nmm_interface *law, nmm_contact *c, double rounding) {
     const double N = c->carried_normal - c->normal_stiffness * (c->gap - c->rest);
     const double T = c->carried_shear - c->shear_stiffness * c->slip;
     if (c->bonded && !c->breaking) {
-        const double pull = law->tensile_strength * c->length;
-        const double shear = law->cohesion * c->length + law->friction * nmm_max(N, 0);
-        if (N >= -pull && fabs(T) <= shear) {
-            c->mode = NMM_CONTACT_STICK;
-            c->normal_force = N;
-            c->shear_force = T;
-            return;
-        }
-        // It gives way once in a try, so that the loop cannot break and mend it in turns.
-        c->breaking = true;
-        c->bond_energy = energy_of(c, nmm_max(N, -pull), nmm_min(fabs(T), shear));
+        c->mode = NMM_CONTACT_STICK;
+        c->normal_force = N;
+        c->shear_force = T;
+        return;
     }
     const bool broken = c->broken || c->breaking;
-    slide_or_stick(c, N, T, broken ? law->residual_friction : law->friction);
+    slide_or_stick(c, N, T, broken ? law->residual_friction : law->friction, rounding);
+}
+
+// Load of a bond over its strength, eq. (5.8): above 1 it breaks.
+static double bond_load(const nmm_interface *law, const nmm_contact *c) {
+    const double N = c->normal_force, pull = law->tensile_strength * c->length;
+    const double shear = law->cohesion * c->length + law->friction * nmm_max(N, 0);
+    const double tension = N < 0 ? -N / pull : 0;
+    const double slip = c->shear_force != 0 ? fabs(c->shear_force) / shear : 0;
+    return nmm_max(tension, slip);
+}
+
+int nmm_contact_break(const nmm_model *model, nmm_state *state) {
+    double worst = 0;
+    for (int k = 0; k < state->n_contact; k++) {
+        const nmm_contact *c = &state->contact[k];
+        if (!c->bonded || c->breaking) continue;
+        worst = nmm_max(worst, bond_load(&model->interface[c->interface], c));
+    }
+    if (worst <= 1) return 0;
+    // The most loaded ones first: what they carried goes elsewhere before the others are asked.
+    int n = 0;
+    for (int k = 0; k < state->n_contact; k++) {
+        nmm_contact *c = &state->contact[k];
+        if (!c->bonded || c->breaking) continue;
+        const double load = bond_load(&model->interface[c->interface], c);
+        if (load <= 1 || load < 0.9 * worst) continue;
+        c->breaking = true;
+        c->bond_energy = energy_of(c, c->normal_force / load, c->shear_force / load);
+        n += 1;
+    }
+    return n;
 }
 
 static void count_change(nmm_contact_verdict *verdict, nmm_contact_mode before,
@@ -105,13 +155,16 @@ nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const
                                          nmm_state *state, int n_thread) {
     nmm_contact_verdict verdict = {.worst = -1, .modes = NMM_HASH_START};
     const int n = state->n_contact;
+    const double rounding = 1e-15 * model->height;
     (void)search;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int k = 0; k < n; k++) {
         nmm_contact *c = &state->contact[k];
         c->mode_before = c->mode;
-        measure(model, state, c);
-        apply_law(&model->interface[c->interface], c);
+        if (measure(model, state, c))
+            apply_law(&model->interface[c->interface], c, rounding);
+        else
+            set_open(c);
     }
     double largest = -1;
     for (int k = 0; k < n; k++) {

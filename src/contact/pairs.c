@@ -74,18 +74,25 @@ static bool boxes_meet(const nmm_box *a, const nmm_box *b) {
            b->low.y <= a->high.y;
 }
 
-// Neighbours of a loop never meet; edges of one block only when they face each other.
-static bool can_meet(const nmm_model *model, const nmm_state *state, int a, int b) {
-    if (model->vertex_next[a] == b || model->vertex_next[b] == a) return false;
+static nmm_vec2 reference_direction(const nmm_model *model, int e) {
+    const double *p = model->point + 2 * (long)model->vertex_point[e];
+    const double *q = model->point + 2 * (long)model->vertex_point[model->vertex_next[e]];
+    const nmm_vec2 along = {q[0] - p[0], q[1] - p[1]};
+    const double length = sqrt(nmm_vec2_dot(along, along));
+    return length > 0 ? nmm_vec2_scale(1 / length, along) : along;
+}
+
+// Neighbours of a loop meet only as the two faces of a crack at its tip; edges of one block only
+// when they faced each other at the start, so that the answer does not depend on when it is asked.
+static bool can_meet(const nmm_model *model, int a, int b) {
     if (model->vertex_block[a] != model->vertex_block[b]) return true;
-    const nmm_edge_line f = nmm_edge_line_of(model, state, a);
-    const nmm_edge_line e = nmm_edge_line_of(model, state, b);
-    return nmm_vec2_dot(f.t, e.t) < -0.2;
+    if (model->vertex_next[a] == b || model->vertex_next[b] == a) return model->edge_mate[a] == b;
+    return nmm_vec2_dot(reference_direction(model, a), reference_direction(model, b)) < -0.2;
 }
 
 // Pairs of bucket b; stores them when `out` is not NULL. Returns how many.
-static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *model,
-                           const nmm_state *state, int b, nmm_edge_pair *out) {
+static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *model, int b,
+                           nmm_edge_pair *out) {
     const double size = model->size;
     int n = 0;
     for (int i = search->bucket_start[b]; i < search->bucket_start[b + 1]; i++) {
@@ -97,7 +104,7 @@ static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *mo
             if (one->ix != two->ix || one->iy != two->iy || !boxes_meet(first, second)) continue;
             if (cell_of(nmm_max(first->low.x, second->low.x), size) != one->ix) continue;
             if (cell_of(nmm_max(first->low.y, second->low.y), size) != one->iy) continue;
-            if (!can_meet(model, state, one->edge, two->edge)) continue;
+            if (!can_meet(model, one->edge, two->edge)) continue;
             if (out != NULL) out[n] = (nmm_edge_pair){one->edge, two->edge};
             n += 1;
         }
@@ -106,13 +113,13 @@ static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *mo
 }
 
 static nmm_status find_pairs(nmm_context *context, nmm_contact_search *search,
-                             const nmm_model *model, const nmm_state *state) {
+                             const nmm_model *model) {
     const int n = search->n_bucket, n_thread = context->n_thread;
     int *first = search->bucket_pairs;
     first[0] = 0;
 #pragma omp parallel for num_threads(n_thread) schedule(dynamic, 256) if (n_thread > 1 && n > 4096)
     for (int b = 0; b < n; b++)
-        first[b + 1] = pairs_of_bucket(search, model, state, b, NULL);
+        first[b + 1] = pairs_of_bucket(search, model, b, NULL);
     for (int b = 0; b < n; b++)
         first[b + 1] += first[b];
     search->n_pair = first[n];
@@ -120,7 +127,7 @@ static nmm_status find_pairs(nmm_context *context, nmm_contact_search *search,
 #pragma omp parallel for num_threads(n_thread) schedule(dynamic, 256) if (n_thread > 1 && n > 4096)
     for (int b = 0; b < n; b++) {
         if (first[b + 1] > first[b]) {
-            pairs_of_bucket(search, model, state, b, search->pair + first[b]);
+            pairs_of_bucket(search, model, b, search->pair + first[b]);
         }
     }
     return NMM_OK;
@@ -154,5 +161,5 @@ nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
         search->box[e] = box_of_edge(model, state, e, 0.5 * search->built_for);
     }
     TRY(fill_grid(context, search, n, model->size));
-    return find_pairs(context, search, model, state);
+    return find_pairs(context, search, model);
 }

@@ -8,35 +8,59 @@
 #include "contact.h"
 
 /// Lengths as parts of the cover size h.
-#define NMM_EXACT 1e-9  // rounding
-#define NMM_SAME 1e-3   // of two vertices nearer than this the one that was listed stays
+#define NMM_EXACT 1e-9  // rounding of places
+#define NMM_TOUCH 1e-6  // overlap that counts as touching
+#define NMM_SAME 1e-4   // of two vertices nearer than this the one that was listed stays
 #define NMM_CORNER 0.5  // tributary length of a corner
 #define NMM_DEEPEST 0.5 // overlap that is still a contact with history
 /// Sines of angles between edges: blend from edge-edge to corner.
 #define NMM_PARALLEL 0.026 // 1.5 degrees
 #define NMM_SLANTED 0.078  // 4.5 degrees
+/// Cosine of the angle up to which history passes from one edge to another.
+#define NMM_IN_LINE 0.966 // 15 degrees
 
 typedef struct nmm_edge_pair {
     int a, b; // a < b
 } nmm_edge_pair;
 
-/// A contact before history: `length` is 0 for a corner that still has none.
+/// A contact before history.
 typedef struct nmm_raw {
     int vertex, edge;
+    int facing; // edge of the vertex's block that faces the edge
     double length, gap;
-    bool corner;
+    double shared;        // [m] part of the length that two parallel edges share, before the blend
+    double corner_length; // [m] part of a corner; added to the length in the end
+    double beyond;        // [m] how far the vertex is beyond an end of the edge, 0: in front of it
+    bool corner;          // not of two parallel edges
+    bool dropped;
 } nmm_raw;
+
+/// What the narrow phase works on; `out` NULL: it only counts.
+typedef struct nmm_narrowing {
+    const nmm_model *model;
+    const nmm_state *state;
+    double reach;
+    nmm_raw *out;
+    int n;
+} nmm_narrowing;
+
+/// Two straight sides that face each other, and the length they share.
+typedef struct nmm_side_pair {
+    int a, b; // first edges, a < b; both 0: free entry
+    double length;
+} nmm_side_pair;
 
 /// An entry of the grid: an edge in one of the cells that its box touches.
 typedef struct nmm_cell {
     int edge, ix, iy;
 } nmm_cell;
 
-enum { NMM_PAIR_CHUNK = 512, NMM_RAW_PER_PAIR = 4 };
+enum { NMM_PAIR_CHUNK = 512 };
 
 struct nmm_contact_search {
     nmm_contact_options options;
     bool started;     // the first find is done
+    int *side;        // [n_vertex] straight side of an edge: its first edge
     double built_for; // [m] distance up to which the pairs are complete at built_at
     double *built_at; // [n_vertex][2] positions when the pairs were made
 
@@ -53,10 +77,11 @@ struct nmm_contact_search {
     int raw_capacity, chunk_capacity;
     nmm_raw *raw;      // by chunk of pairs
     int *raw_first;    // [chunks + 1] first place of a chunk in raw
-    int *raw_count;    // [chunks]
     int *vertex_start; // [n_vertex + 1]
     int sorted_capacity;
     nmm_raw *sorted; // by vertex and edge
+    int table_capacity;
+    nmm_side_pair *table; // shared length by pair of sides, hashed
     int next_capacity;
     nmm_contact *next; // the new list
 };
@@ -82,6 +107,15 @@ nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
 /// Raw contacts of all pairs, sorted by (vertex, edge), lengths added, into search->sorted.
 nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nmm_model *model,
                       const nmm_state *state, double reach, int *n_raw);
+
+/// Raw contacts of one pair of edges.
+void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair);
+
+/// The contact of the last list that (vertex, edge) goes on from: its own; else a closed one of the
+/// vertex on a neighbouring edge in line; else a closed one of the other side's vertex at the
+/// place. NULL: there is none.
+const nmm_contact *nmm_contact_history(const nmm_model *model, const nmm_state *state, int vertex,
+                                       int edge);
 
 /// The contact (vertex, edge) of the list, or NULL.
 const nmm_contact *nmm_contact_lookup(const nmm_state *state, int vertex, int edge);

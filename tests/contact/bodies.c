@@ -155,7 +155,12 @@ void bodies_find(bodies *b, double reach) {
 }
 
 nmm_contact_verdict bodies_evaluate(bodies *b) {
-    return nmm_contact_evaluate(b->search, &b->model, &b->state, b->context.n_thread);
+    nmm_contact_verdict verdict =
+        nmm_contact_evaluate(b->search, &b->model, &b->state, b->context.n_thread);
+    while (nmm_contact_break(&b->model, &b->state) > 0) {
+        verdict = nmm_contact_evaluate(b->search, &b->model, &b->state, b->context.n_thread);
+    }
+    return verdict;
 }
 
 void bodies_commit(bodies *b, nmm_contact_energy *energy) {

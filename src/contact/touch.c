@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+//
+// From one pair of near edges to raw contacts.
+//
+//   edge-edge: two edges that face each other share an interval; each of its ends is a vertex of
+//   one on the other, and stands for half of it. Summed over pairs this is the trapezoid rule on
+//   the union of both sides' vertices: a uniform pressure passes exactly, eq. (5.2).
+//
+//      a1 <-------------- a0            ends of the shared interval: a0 on the lower edge,
+//             b0 ------------------> b1                              b0 on the upper edge
+//
+//   corner: a convex corner in front of an edge that is not parallel, or in front of its end.
+//
+// An overlap that was not there in the last step is looked at twice: is it the far side of
+// something thin, or of a corner that is left by another side?
+
+#include "search.h"
+
+#include <math.h>
+
+nmm_edge_line nmm_edge_line_of(const nmm_model *model, const nmm_state *state, int e) {
+    const nmm_vec2 p = nmm_vertex_place(model, state, e);
+    const nmm_vec2 q = nmm_vertex_place(model, state, model->vertex_next[e]);
+    const nmm_vec2 along = nmm_vec2_sub(q, p);
+    const double length = sqrt(nmm_vec2_dot(along, along));
+    const nmm_vec2 t = length > 0 ? nmm_vec2_scale(1 / length, along) : (nmm_vec2){1, 0};
+    return (nmm_edge_line){.p = p, .q = q, .t = t, .n = {t.y, -t.x}, .length = length};
+}
+
+static nmm_edge_line line_of(const nmm_narrowing *now, int e) {
+    return nmm_edge_line_of(now->model, now->state, e);
+}
+
+// 1: edge-edge, 0: corner, between: both in part.
+static double share_parallel(const nmm_edge_line *f, const nmm_edge_line *e) {
+    if (nmm_vec2_dot(f->t, e->t) >= 0) return 0;
+    const double sine = fabs(nmm_vec2_cross(f->t, e->t));
+    return nmm_min(1, nmm_max(0, (NMM_SLANTED - sine) / (NMM_SLANTED - NMM_PARALLEL)));
+}
+
+// --- Listing
+// -----------------------------------------------------------------------------------------------
+
+// Is the place inside the block, as far as the loop of `edge` tells? Odd crossings of a loop that
+// runs counter-clockwise, even ones of a hole.
+static bool inside_loop(const nmm_narrowing *now, int edge, nmm_vec2 place) {
+    bool odd = false;
+    double area = 0;
+    int e = edge;
+    do {
+        const nmm_vec2 p = nmm_vec2_sub(nmm_vertex_place(now->model, now->state, e), place);
+        e = now->model->vertex_next[e];
+        const nmm_vec2 q = nmm_vec2_sub(nmm_vertex_place(now->model, now->state, e), place);
+        area += nmm_vec2_cross(p, q);
+        if ((p.y > 0) != (q.y > 0) && p.x + p.y / (p.y - q.y) * (q.x - p.x) > 0) odd = !odd;
+    } while (e != edge);
+    return odd == (area > 0);
+}
+
+// A raw contact before it is listed. `probe` lies on the vertex's side, near the vertex: it must be
+// inside the other block where the two overlap. An overlap deeper than `room` is left sideways.
+typedef struct candidate {
+    int vertex, edge;
+    double gap, room;
+    nmm_vec2 probe;
+} candidate;
+
+// Near enough, and a real overlap if there is one.
+static bool listed(const nmm_narrowing *now, const candidate *c) {
+    const nmm_model *model = now->model;
+    if (c->gap > now->reach || c->gap < -NMM_DEEPEST * model->size) return false;
+    if (c->gap >= -NMM_TOUCH * model->size) return true;
+    const nmm_contact *old = nmm_contact_history(model, now->state, c->vertex, c->edge);
+    if (old != NULL && old->mode != NMM_CONTACT_OPEN) return true;
+    if (model->vertex_block[c->vertex] == model->vertex_block[c->edge]) return false;
+    return -c->gap <= c->room && inside_loop(now, c->edge, c->probe);
+}
+
+static void add_raw(nmm_narrowing *now, const candidate *c, nmm_raw raw) {
+    // The tip of a crack ends both edges there.
+    if (c->vertex == c->edge || c->vertex == now->model->vertex_next[c->edge]) return;
+    if (!listed(now, c)) return;
+    raw.vertex = c->vertex;
+    raw.edge = c->edge;
+    raw.gap = c->gap;
+    if (now->out != NULL) now->out[now->n] = raw;
+    now->n += 1;
+}
+
+// --- Edge on edge
+// ------------------------------------------------------------------------------------------
+
+static double gap_of(const nmm_edge_line *e, nmm_vec2 place) {
+    return nmm_vec2_dot(e->n, nmm_vec2_sub(place, e->p));
+}
+
+// One end of the shared interval: the end `u` of edge f lies `ahead` of the end `w` of edge e, seen
+// from inside the interval: then w is the end, on f; behind: u is, on e. Where they nearly coincide
+// the one that was listed stays, so that elastic slip does not change the list in every step.
+typedef struct interval_end {
+    int u, e, w, f;
+    double ahead;
+    double gap_u, gap_w;
+    nmm_vec2 probe_u, probe_w;
+} interval_end;
+
+static void add_end(nmm_narrowing *now, const interval_end *end, double shared, double share) {
+    const double size = now->model->size;
+    bool take_u = fabs(end->ahead) <= NMM_EXACT * size ? end->u < end->w : end->ahead < 0;
+    if (fabs(end->ahead) <= NMM_SAME * size) {
+        const bool had_u = nmm_contact_lookup(now->state, end->u, end->e) != NULL;
+        const bool had_w = nmm_contact_lookup(now->state, end->w, end->f) != NULL;
+        if (had_u != had_w) take_u = had_u;
+    }
+    const candidate c = take_u ? (candidate){end->u, end->e, end->gap_u, shared, end->probe_u}
+                               : (candidate){end->w, end->f, end->gap_w, shared, end->probe_w};
+    const int facing = take_u ? end->f : end->e;
+    add_raw(now, &c,
+            (nmm_raw){.length = 0.5 * share * shared, .shared = 0.5 * shared, .facing = facing});
+}
+
+static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
+                      const nmm_edge_line *le, double share) {
+    // Along e: f runs from a (its start, further) to b (its end).
+    const double a = nmm_vec2_dot(le->t, nmm_vec2_sub(lf->p, le->p));
+    const double b = nmm_vec2_dot(le->t, nmm_vec2_sub(lf->q, le->p));
+    const double shared = nmm_min(a, le->length) - nmm_max(b, 0);
+    if (shared <= NMM_EXACT * now->model->size) return;
+    // Probes stand a twentieth of the interval away from its ends.
+    const nmm_vec2 on_f = nmm_vec2_scale(0.05 * shared, lf->t);
+    const nmm_vec2 on_e = nmm_vec2_scale(0.05 * shared, le->t);
+    const int next_e = now->model->vertex_next[e], next_f = now->model->vertex_next[f];
+    const interval_end high = {.u = f,
+                               .e = e,
+                               .w = next_e,
+                               .f = f,
+                               .ahead = a - le->length,
+                               .gap_u = gap_of(le, lf->p),
+                               .gap_w = gap_of(lf, le->q),
+                               .probe_u = nmm_vec2_add(lf->p, on_f),
+                               .probe_w = nmm_vec2_sub(le->q, on_e)};
+    const interval_end low = {.u = next_f,
+                              .e = e,
+                              .w = e,
+                              .f = f,
+                              .ahead = -b,
+                              .gap_u = gap_of(le, lf->q),
+                              .gap_w = gap_of(lf, le->p),
+                              .probe_u = nmm_vec2_sub(lf->q, on_f),
+                              .probe_w = nmm_vec2_add(le->p, on_e)};
+    add_end(now, &high, shared, share);
+    add_end(now, &low, shared, share);
+}
+
+// --- Corner on edge
+// ----------------------------------------------------------------------------------------
+
+// The edge that arrives at a vertex; one without length is passed over.
+static nmm_edge_line line_before(const nmm_narrowing *now, int vertex) {
+    int e = now->model->vertex_prev[vertex];
+    nmm_edge_line line = line_of(now, e);
+    for (int k = 0; k < 8 && line.length <= NMM_EXACT * now->model->size; k++) {
+        e = now->model->vertex_prev[e];
+        line = line_of(now, e);
+    }
+    return line;
+}
+
+// Both edges at the vertex lie in front of the line of e; *share is how parallel they are to it.
+static bool admissible(const nmm_narrowing *now, int vertex, const nmm_edge_line *e,
+                       double *share) {
+    const nmm_edge_line out = line_of(now, vertex), in = line_before(now, vertex);
+    *share = nmm_max(share_parallel(&out, e), share_parallel(&in, e));
+    return nmm_vec2_dot(out.t, e->n) >= -NMM_SLANTED && nmm_vec2_dot(in.t, e->n) <= NMM_SLANTED;
+}
+
+// The first edge beyond `edge` (in one direction) that is not in line with it.
+static int edge_round_the_corner(const nmm_narrowing *now, int edge, const nmm_edge_line *e,
+                                 const int *step) {
+    int other = step[edge];
+    for (int k = 0; k < 16 && other != edge; k++, other = step[other]) {
+        const nmm_edge_line o = line_of(now, other);
+        if (o.length <= NMM_EXACT * now->model->size) continue;
+        if (fabs(nmm_vec2_cross(e->t, o.t)) > 1e-3 || nmm_vec2_dot(e->t, o.t) < 0) break;
+    }
+    return other;
+}
+
+// How deep a vertex may be behind edge e before a side of a convex corner is the nearer way out;
+// negative where it is in front of that side, and not in the block at all.
+static double room_behind(const nmm_narrowing *now, int edge, const nmm_edge_line *e,
+                          nmm_vec2 place) {
+    const int *step[2] = {now->model->vertex_next, now->model->vertex_prev};
+    double room = INFINITY;
+    for (int k = 0; k < 2; k++) {
+        const int other = edge_round_the_corner(now, edge, e, step[k]);
+        const nmm_edge_line o = line_of(now, other);
+        const double turn = nmm_vec2_cross(e->t, o.t);
+        const bool convex = k == 0 ? turn > 0 : turn < 0;
+        if (convex) room = nmm_min(room, -gap_of(&o, place));
+    }
+    return room;
+}
+
+// Beyond an end of e: still in front of it? In front of a convex corner, yes; behind its line only
+// in a notch, where the next side is what overlaps.
+static bool meets_beyond(const nmm_narrowing *now, int edge, const nmm_edge_line *e, double along,
+                         double gap) {
+    if (gap >= 0) return true;
+    const nmm_model *model = now->model;
+    const int next = along < 0 ? model->vertex_prev[edge] : model->vertex_next[edge];
+    const double turn = nmm_vec2_cross(e->t, line_of(now, next).t);
+    return along < 0 ? turn > 0 : turn < 0;
+}
+
+static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line *e) {
+    const double size = now->model->size;
+    const nmm_vec2 place = nmm_vertex_place(now->model, now->state, vertex);
+    const double along = nmm_vec2_dot(e->t, nmm_vec2_sub(place, e->p)), gap = gap_of(e, place);
+    double beyond = nmm_max(-along, along - e->length);
+    if (beyond <= NMM_EXACT * size) beyond = 0;
+    if (beyond > now->reach || gap > now->reach || gap < -NMM_DEEPEST * size) return;
+    double share = 0;
+    if (!admissible(now, vertex, e, &share) || share >= 1) return;
+    if (beyond > 0 && !meets_beyond(now, edge, e, along, gap)) return;
+    candidate c = {.vertex = vertex, .edge = edge, .gap = gap, .probe = place};
+    if (gap < 0) c.room = room_behind(now, edge, e, place);
+    const double length = (1 - share) * NMM_CORNER * size;
+    add_raw(now, &c, (nmm_raw){.corner_length = length, .beyond = beyond, .corner = true});
+}
+
+void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair) {
+    const nmm_edge_line a = line_of(now, pair.a), b = line_of(now, pair.b);
+    const double least = NMM_EXACT * now->model->size;
+    if (a.length <= least || b.length <= least) return;
+    const double share = share_parallel(&a, &b);
+    if (share > 0) edge_edge(now, pair.a, pair.b, &a, &b, share);
+    corner(now, pair.a, pair.b, &b);
+    corner(now, pair.b, pair.a, &a);
+}
