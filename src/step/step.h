@@ -45,7 +45,7 @@ struct nmm_sim {
     // Displacement of the step by itself: end minus start would lose its digits in short steps.
     double *moved; // [n_cover][2]
 
-    double speed;                   // [m/s] largest motion of a point in the last step
+    double speed; // [m/s] largest motion of a point in the last step
 
     // The state at the start of the step, to go back to.
     double *start_displacement, *start_velocity; // [n_cover][2]

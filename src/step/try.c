@@ -179,6 +179,7 @@ static bool runs_in_circles(const uint64_t *modes, int n) {
 static void group_errors(nmm_sim *sim, double end) {
     const nmm_model *model = &sim->model;
     double(*sum)[3] = sim->group_error;
+    if (model->n_support_group == 0) return;
     memset(sum, 0, (size_t)model->n_support_group * sizeof *sum);
     for (int s = 0; s < model->n_support; s++) {
         const nmm_support *support = &model->support[s];
