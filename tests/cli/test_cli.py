@@ -364,13 +364,20 @@ class Endings(Case):
         self.assertEqual(strict_json(out)["end"], "step_too_small")
         self.assertEqual(self.info()["end"], "step_too_small")
 
-    def test_full_disk(self):
+    def run_with_room(self, size):
+        """A long run that may write files of `size` bytes at most."""
         def small_files():
-            resource.setrlimit(resource.RLIMIT_FSIZE, (60000, 60000))
+            resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
         _, err = self.expect(4, "run", "fall.yaml", "--set", "time.end=100", "--set",
                              "output.every=1e-3", preexec_fn=small_files)
-        self.assertRegex(err, "error: ")
+        self.assertRegex(err, "error: .*fall.vtkhdf: File too large")
         self.assertNotIn("HDF5-DIAG", err)
+
+    def test_full_disk(self):
+        self.run_with_room(60000)  # not even the first frame
+        self.assertEqual([n for n in os.listdir(self.folder) if "vtkhdf" in n], [])
+        self.run_with_room(400000)
+        self.assertEqual(self.info()["end"], "interrupted")
 
     def test_results_that_cannot_be_printed(self):
         self.expect(0, "run", "fall.yaml", "-q")
