@@ -119,7 +119,7 @@ static void test_push(void **state) {
     while (run_step(&r))
         furthest = fmax(furthest, run_monitor(&r, "pushed").displacement[0]);
     const double last = run_monitor(&r, "pushed").displacement[0];
-    row_close("push and release: way", 0.1, last, 1e-3);
+    row_close("push and release: way", 0.1, last, 5e-3);
     row_below("push and release: creep back", furthest - last, 1e-6);
     row_ledger("push and release", &r);
     run_close(&r);
@@ -167,7 +167,7 @@ static void test_base_motion(void **state) {
     row_close("shaking base: largest slip", 0.251355882, largest, 1e-3);
     row_close("shaking base: slip at 3 s", -0.104949953, run_monitor(&r, "slider").displacement[0],
               2e-3);
-    row_near("shaking base: first slip (step 1e-3)", 0.065494940, first, 1e-3);
+    row_near("shaking base: first slip (step 5e-4)", 0.065494940, first, 1e-3);
     row_ledger("shaking base", &r);
     run_close(&r);
     rows_end();
