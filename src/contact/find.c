@@ -109,7 +109,7 @@ static double modulus_behind(const nmm_model *model, int edge) {
     return model->material[model->element_material[model->edge_element[edge]]].youngs_modulus;
 }
 
-// Springs in proportion to the tributary length, eq. (5.3).
+// Springs in proportion to the length, eq. (5.3).
 static void set_springs(const nmm_contact_search *search, const nmm_model *model, nmm_contact *c) {
     const nmm_interface *law = &model->interface[c->interface];
     const double a = modulus_behind(model, c->vertex), b = modulus_behind(model, c->edge);
@@ -117,13 +117,14 @@ static void set_springs(const nmm_contact_search *search, const nmm_model *model
     const double normal = law->normal_stiffness > 0 ? law->normal_stiffness
                                                     : search->options.penalty * both / model->size;
     const double shear = law->shear_stiffness > 0 ? law->shear_stiffness : normal / 2.5;
-    c->normal_stiffness = normal * c->length;
-    c->shear_stiffness = shear * c->length;
+    c->normal_stiffness = normal * c->spring_length;
+    c->shear_stiffness = shear * c->spring_length;
 }
 
 static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model *model,
                                const nmm_state *state, const nmm_raw *raw) {
     nmm_contact c = {.vertex = raw->vertex, .edge = raw->edge, .length = raw->length};
+    c.spring_length = raw->spring_length;
     c.interface = interface_of(model, raw->vertex, raw->edge);
     c.gap = raw->gap;
     const nmm_edge_line e = nmm_edge_line_of(model, state, raw->edge);
@@ -143,8 +144,11 @@ static void inherit(const nmm_contact_search *search, const nmm_model *model,
     nmm_contact next = *old;
     next.vertex = c->vertex;
     next.edge = c->edge;
-    next.length = old->bonded ? old->length : c->length;
-    const double ratio = next.length / old->length;
+    if (!old->bonded) {
+        next.length = c->length;
+        next.spring_length = c->spring_length;
+    }
+    const double ratio = next.spring_length / old->spring_length;
     next.carried_normal *= ratio;
     next.carried_shear *= ratio;
     next.normal_force *= ratio;

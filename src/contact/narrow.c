@@ -166,8 +166,9 @@ static nmm_side_pair *find_side_pair(nmm_contact_search *search, int size, const
     }
 }
 
-// Two sides that face each other count for at least the length of a corner: blocks that only just
-// meet would else overlap deeply, and gain force without moving when they slide further together.
+// The springs between two sides that face each other count for at least the length of a corner:
+// blocks that only just meet would else overlap deeply, and gain force without moving when they
+// slide further together. Strength goes by the true length.
 static nmm_status lengthen_short_sides(nmm_context *context, nmm_contact_search *search,
                                        const nmm_model *model, int n_raw) {
     int size = 16;
@@ -182,9 +183,10 @@ static nmm_status lengthen_short_sides(nmm_context *context, nmm_contact_search 
     const double least = NMM_CORNER * model->size;
     for (int k = 0; k < n_raw; k++) {
         nmm_raw *raw = &search->sorted[k];
+        raw->spring_length = raw->length + raw->corner_length;
         if (!raw->corner) {
             const double length = find_side_pair(search, size, raw)->length;
-            if (length < least) raw->length *= least / length;
+            if (length < least) raw->spring_length += (least / length - 1) * raw->length;
         }
         raw->length += raw->corner_length;
     }

@@ -29,7 +29,8 @@ typedef struct nmm_raw {
     int facing; // edge of the vertex's block that faces the edge
     double length, gap;
     double shared;        // [m] part of the length that two parallel edges share, before the blend
-    double corner_length; // [m] part of a corner; added to the length in the end
+    double corner_length; // [m] part of a corner; added to both lengths in the end
+    double spring_length; // [m] length for springs
     double beyond;        // [m] how far the vertex is beyond an end of the edge, 0: in front of it
     bool corner;          // not of two parallel edges
     bool dropped;

@@ -125,6 +125,7 @@ typedef struct nmm_contact {
     bool bonded;                              // cohesion and tension still act
     bool broken;                              // was bonded once: residual friction from now on
     double length;                            // [m] tributary length
+    double spring_length;                     // [m] the same for springs: more on short sides
     double normal_stiffness, shear_stiffness; // [N/m]
     double anchor; // edge parameter where the shear spring is tied, at the start of the step
     double rest;   // [m] overlap it was found with, <= 0: carries no force
