@@ -225,7 +225,7 @@ int nmm_file_monitors(const nmm_file *file) {
 static nmm_status read_summary(nmm_file *file, nmm_h5 *h5, nmm_summary *summary) {
     const char *name = NMM_META "/summary";
     TRY(nmm_file_begin(file, h5));
-    TRY(nmm_h5_record_get(h5, name, &nmm_record_summary, 0, 1, summary));
+    TRY(nmm_h5_single_get(h5, name, &nmm_record_summary, summary));
     const int end = (int)summary->end;
     if (end < NMM_END_INTERRUPTED || end > NMM_END_COMPLETED)
         return nmm_h5_fail_read(h5, name, "end out of range");
@@ -245,7 +245,7 @@ static nmm_status read_last_row(nmm_file *file, nmm_h5 *h5, int k, nmm_monitor_r
     const char *table = file->monitor[k].table;
     long rows = 0;
     TRY(nmm_file_begin(file, h5));
-    TRY(nmm_h5_rows(h5, table, 0, &rows));
+    TRY(nmm_h5_record_rows(h5, table, &rows));
     // No step yet: at rest.
     if (rows == 0) return NMM_OK;
     return nmm_h5_record_get(h5, table, &nmm_record_monitor, rows - 1, 1, row);

@@ -83,7 +83,7 @@ static nmm_status read_outline(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g)
 static nmm_status read_supports(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g) {
     const char *name = NMM_META "/supports";
     long rows = 0;
-    TRY(nmm_h5_rows(h5, name, 0, &rows));
+    TRY(nmm_h5_record_rows(h5, name, &rows));
     TRY(take(file, &g->support, (size_t)rows, sizeof *g->support));
     TRY(nmm_h5_record_get(h5, name, &nmm_record_support, 0, rows, g->support));
     for (long i = 0; i < rows; i++) {
@@ -99,7 +99,7 @@ static nmm_status read_supports(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g
 static nmm_status read_loads(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g) {
     const char *name = NMM_META "/loads";
     long rows = 0;
-    TRY(nmm_h5_rows(h5, name, 0, &rows));
+    TRY(nmm_h5_record_rows(h5, name, &rows));
     TRY(take(file, &g->load, (size_t)rows, sizeof *g->load));
     TRY(nmm_h5_record_get(h5, name, &nmm_record_load, 0, rows, g->load));
     for (long i = 0; i < rows; i++) {

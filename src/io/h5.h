@@ -83,23 +83,31 @@ typedef struct nmm_h5_column {
 typedef struct nmm_h5_record {
     size_t size; // of the struct
     int n;
-    const nmm_h5_column *column; // [n]
+    const nmm_h5_column *column; // [n], at most NMM_H5_COLUMNS
 } nmm_h5_record;
+enum { NMM_H5_COLUMNS = 48, NMM_H5_TEXT = 96 }; // texts of a column's name, unit, meaning
 
-/// The HDF5 compound type of a record as it lies in memory; the caller closes it.
-hid_t nmm_h5_record_type(const nmm_h5_record *record, const bool *keep);
-
-/// A table of records that grows, or (`chunk` 0) a single record. `keep` [record->n] says which
-/// columns are stored; NULL: all.
+/// A table of records that grows: doubles [rows][columns], which every program reads, with the
+/// attributes columns, unit and meaning. `keep` [record->n] says which columns are stored, NULL:
+/// all. Texts have no place in it.
 nmm_status nmm_h5_record_create(nmm_h5 *h5, const char *name, const nmm_h5_record *record,
                                 const bool *keep, hsize_t chunk);
 nmm_status nmm_h5_record_put(nmm_h5 *h5, const char *name, const nmm_h5_record *record,
-                             hsize_t first, hsize_t n, const void *rows);
-/// The single record.
-nmm_status nmm_h5_record_set(nmm_h5 *h5, const char *name, const nmm_h5_record *record,
+                             const bool *keep, const hsize_t range[2], const void *rows);
+
+/// A single record with texts, as an HDF5 compound; written over in place.
+nmm_status nmm_h5_single_create(nmm_h5 *h5, const char *name, const nmm_h5_record *record);
+nmm_status nmm_h5_single_set(nmm_h5 *h5, const char *name, const nmm_h5_record *record,
                              const void *row);
 
 nmm_status nmm_h5_group_create(nmm_h5 *h5, const char *name);
+/// A dataset of one value whose space is taken at once; < 0: failed.
+hid_t nmm_h5_scalar_create(hid_t file, const char *name, hid_t type);
+/// Create or overwrite an attribute of an open object.
+bool nmm_h5_attribute_write(hid_t object, const char *name, hid_t type, hid_t space,
+                            const void *value);
+/// A fixed-length text type, filled up with zeros.
+hid_t nmm_h5_text_type(size_t size);
 nmm_status nmm_h5_text_create(nmm_h5 *h5, const char *name, const char *text, size_t length);
 /// A fixed-length ASCII or UTF-8 attribute; `room` bytes are kept for later texts (0: as long as
 /// the text).
@@ -112,17 +120,21 @@ nmm_status nmm_h5_attribute_put(nmm_h5 *h5, const char *object, const char *name
 // --- Reading ------------------------------------------------------------------------------------
 
 bool nmm_h5_exists(nmm_h5 *h5, const char *name);
+/// Open a dataset that must be there; the caller closes it.
+nmm_status nmm_h5_dataset_open(nmm_h5 *h5, const char *name, hid_t *dataset);
 /// Rows of a dataset whose rows must have `width` numbers (0: rank 1).
 nmm_status nmm_h5_rows(nmm_h5 *h5, const char *name, int width, long *rows);
 /// Rows first .. first + n - 1; NMM_ERROR_INPUT when they are not there or are no numbers.
 nmm_status nmm_h5_get(nmm_h5 *h5, const char *name, hid_t memory, int width, long first, long n,
                       void *data);
-/// Rows of a table of records (a single record: first 0, n 1). Columns that the file lacks keep
-/// what `rows` held.
+/// Rows of a table of records.
+nmm_status nmm_h5_record_rows(nmm_h5 *h5, const char *name, long *rows);
+/// Rows first .. first + n - 1. Columns that the file lacks keep what `rows` held.
 nmm_status nmm_h5_record_get(nmm_h5 *h5, const char *name, const nmm_h5_record *record, long first,
                              long n, void *rows);
 /// Is there a table of records with this column?
 bool nmm_h5_record_has(nmm_h5 *h5, const char *name, const char *column);
+nmm_status nmm_h5_single_get(nmm_h5 *h5, const char *name, const nmm_h5_record *record, void *row);
 /// A text into `arena`.
 nmm_status nmm_h5_text_get(nmm_h5 *h5, nmm_arena *arena, const char *name, char **text,
                            size_t *length);

@@ -25,7 +25,7 @@ bool nmm_h5_exists(nmm_h5 *h5, const char *name) {
     return H5Oexists_by_name(h5->file, name, H5P_DEFAULT) > 0;
 }
 
-static nmm_status open_dataset(nmm_h5 *h5, const char *name, hid_t *dataset) {
+nmm_status nmm_h5_dataset_open(nmm_h5 *h5, const char *name, hid_t *dataset) {
     *dataset = H5I_INVALID_HID;
     if (!nmm_h5_exists(h5, name)) return nmm_h5_fail_read(h5, name, "not there");
     *dataset = H5Dopen2(h5->file, name, H5P_DEFAULT);
@@ -63,7 +63,7 @@ static bool is_plausible(nmm_h5 *h5, hid_t dataset, long rows) {
 
 nmm_status nmm_h5_rows(nmm_h5 *h5, const char *name, int width, long *rows) {
     hid_t dataset = H5I_INVALID_HID;
-    TRY(open_dataset(h5, name, &dataset));
+    TRY(nmm_h5_dataset_open(h5, name, &dataset));
     *rows = count_rows(dataset, width);
     const bool plausible = *rows >= 0 && is_plausible(h5, dataset, *rows);
     H5Dclose(dataset);
@@ -89,7 +89,7 @@ static nmm_status read_rows(nmm_h5 *h5, const char *name, hid_t dataset, hid_t m
 nmm_status nmm_h5_get(nmm_h5 *h5, const char *name, hid_t memory, int width, long first, long n,
                       void *data) {
     hid_t dataset = H5I_INVALID_HID;
-    TRY(open_dataset(h5, name, &dataset));
+    TRY(nmm_h5_dataset_open(h5, name, &dataset));
     const long rows = count_rows(dataset, width);
     const H5T_class_t class = class_of(dataset);
     nmm_status status = NMM_OK;
@@ -107,107 +107,6 @@ nmm_status nmm_h5_get(nmm_h5 *h5, const char *name, hid_t memory, int width, lon
     return status;
 }
 
-// --- Records
-// -------------------------------------------------------------------------------------
-
-static hid_t column_type(const nmm_h5_column *column) {
-    if (column->kind == 's') {
-        const hid_t text = H5Tcopy(H5T_C_S1);
-        if (text >= 0) H5Tset_size(text, column->size);
-        return text;
-    }
-    switch (column->kind) {
-    case 'i':
-        return H5Tcopy(H5T_NATIVE_INT);
-    case 'l':
-        return H5Tcopy(H5T_NATIVE_LONG);
-    case 'u':
-        return H5Tcopy(H5T_NATIVE_UINT64);
-    default:
-        return H5Tcopy(H5T_NATIVE_DOUBLE);
-    }
-}
-
-hid_t nmm_h5_record_type(const nmm_h5_record *record, const bool *keep) {
-    const hid_t type = H5Tcreate(H5T_COMPOUND, record->size);
-    for (int i = 0; type >= 0 && i < record->n; i++) {
-        if (keep != NULL && !keep[i]) continue;
-        const hid_t part = column_type(&record->column[i]);
-        H5Tinsert(type, record->column[i].name, record->column[i].offset, part);
-        H5Tclose(part);
-    }
-    return type;
-}
-
-// A column of the file must be of the class that we expect: text is not read as a number.
-static bool columns_agree(hid_t stored, const nmm_h5_record *record) {
-    if (H5Tget_class(stored) != H5T_COMPOUND) return false;
-    for (int i = 0; i < record->n; i++) {
-        const int k = H5Tget_member_index(stored, record->column[i].name);
-        if (k < 0) continue;
-        const H5T_class_t class = H5Tget_member_class(stored, (unsigned)k);
-        const bool number = class == H5T_INTEGER || class == H5T_FLOAT;
-        if (record->column[i].kind == 's' ? class != H5T_STRING : !number) return false;
-    }
-    return true;
-}
-
-static nmm_status read_record(nmm_h5 *h5, const char *name, const nmm_h5_record *record,
-                              hid_t dataset, const hsize_t range[3], void *rows) {
-    const hid_t stored = H5Dget_type(dataset);
-    const bool agreed = stored >= 0 && columns_agree(stored, record);
-    if (stored >= 0) H5Tclose(stored);
-    if (!agreed) return nmm_h5_fail_read(h5, name, "unexpected columns");
-    const hid_t type = nmm_h5_record_type(record, NULL);
-    nmm_status status = NMM_OK;
-    if (range[1] == 0) {
-        if (H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows) < 0)
-            status = nmm_h5_fail_read(h5, name, NULL);
-    } else {
-        status = read_rows(h5, name, dataset, type, range, rows);
-    }
-    H5Tclose(type);
-    return status;
-}
-
-static bool is_scalar(hid_t dataset) {
-    const hid_t space = H5Dget_space(dataset);
-    if (space < 0) return false;
-    const bool scalar = H5Sget_simple_extent_type(space) == H5S_SCALAR;
-    H5Sclose(space);
-    return scalar;
-}
-
-nmm_status nmm_h5_record_get(nmm_h5 *h5, const char *name, const nmm_h5_record *record, long first,
-                             long n, void *rows) {
-    hid_t dataset = H5I_INVALID_HID;
-    TRY(open_dataset(h5, name, &dataset));
-    nmm_status status = NMM_OK;
-    const bool scalar = is_scalar(dataset);
-    const long found = scalar ? 1 : count_rows(dataset, 0);
-    if (found < 0 || first < 0 || n < 0 || first > found - n) {
-        status = nmm_h5_fail_read(h5, name, "too few rows");
-    } else if (n > 0) {
-        const hsize_t range[3] = {(hsize_t)first, scalar ? 0 : (hsize_t)n, 0};
-        status = read_record(h5, name, record, dataset, range, rows);
-    }
-    H5Dclose(dataset);
-    return status;
-}
-
-bool nmm_h5_record_has(nmm_h5 *h5, const char *name, const char *column) {
-    hid_t dataset = H5I_INVALID_HID;
-    if (!nmm_h5_exists(h5, name)) return false;
-    dataset = H5Dopen2(h5->file, name, H5P_DEFAULT);
-    if (dataset < 0) return false;
-    const hid_t type = H5Dget_type(dataset);
-    const bool has =
-        type >= 0 && H5Tget_class(type) == H5T_COMPOUND && H5Tget_member_index(type, column) >= 0;
-    if (type >= 0) H5Tclose(type);
-    H5Dclose(dataset);
-    return has;
-}
-
 // --- Texts and attributes
 // ------------------------------------------------------------------------
 
@@ -216,6 +115,14 @@ static size_t text_size(hid_t type) {
     if (type < 0 || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0) return 0;
     const size_t size = H5Tget_size(type);
     return size <= MAX_TEXT ? size : 0;
+}
+
+static bool is_scalar(hid_t dataset) {
+    const hid_t space = H5Dget_space(dataset);
+    if (space < 0) return false;
+    const bool scalar = H5Sget_simple_extent_type(space) == H5S_SCALAR;
+    H5Sclose(space);
+    return scalar;
 }
 
 static nmm_status read_text(nmm_h5 *h5, nmm_arena *arena, const char *name, hid_t dataset,
@@ -234,7 +141,7 @@ static nmm_status read_text(nmm_h5 *h5, nmm_arena *arena, const char *name, hid_
 nmm_status nmm_h5_text_get(nmm_h5 *h5, nmm_arena *arena, const char *name, char **text,
                            size_t *length) {
     hid_t dataset = H5I_INVALID_HID;
-    TRY(open_dataset(h5, name, &dataset));
+    TRY(nmm_h5_dataset_open(h5, name, &dataset));
     const nmm_status status = read_text(h5, arena, name, dataset, text);
     H5Dclose(dataset);
     if (status == NMM_OK && length != NULL) *length = strlen(*text);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Writing into an open HDF5 file: tables that grow, records, texts, attributes.
+// Writing into an open HDF5 file: tables that grow, texts, attributes.
 //
 // Rows are put at a given place, not at the end: writing a frame twice gives the same file. No
 // object carries a time stamp, so that equal runs give equal datasets.
@@ -8,8 +8,6 @@
 #include "h5.h"
 
 #include <string.h>
-
-enum { MAX_COLUMN = 40 };
 
 static hid_t link_properties(void) {
     const hid_t link = H5Pcreate(H5P_LINK_CREATE);
@@ -21,7 +19,7 @@ static hid_t link_properties(void) {
 // ----------------------------------------------------------------------------------
 
 // Create or open attribute `name` and write it; all handles are closed here.
-static bool write_attribute(hid_t object, const char *name, hid_t type, hid_t space,
+bool nmm_h5_attribute_write(hid_t object, const char *name, hid_t type, hid_t space,
                             const void *value) {
     hid_t attribute = H5I_INVALID_HID;
     if (H5Aexists(object, name) > 0)
@@ -33,7 +31,7 @@ static bool write_attribute(hid_t object, const char *name, hid_t type, hid_t sp
     return H5Aclose(attribute) >= 0 && written;
 }
 
-static hid_t text_type(size_t size) {
+hid_t nmm_h5_text_type(size_t size) {
     const hid_t type = H5Tcopy(H5T_C_S1);
     if (type < 0) return type;
     H5Tset_size(type, size > 0 ? size : 1);
@@ -51,14 +49,14 @@ static bool is_ascii(const char *text, size_t length) {
 static bool write_text_attribute(hid_t object, const char *name, const char *text, size_t room) {
     char small[256] = {0};
     const size_t length = strlen(text);
-    const hid_t type = text_type(room > length ? room : length);
+    const hid_t type = nmm_h5_text_type(room > length ? room : length);
     const hid_t space = H5Screate(H5S_SCALAR);
     if (!is_ascii(text, length)) H5Tset_cset(type, H5T_CSET_UTF8);
     // Room behind the text is filled with zeros; only short texts ask for room.
     NMM_ASSERT(room < sizeof small);
     const char *bytes = text;
     if (length < sizeof small) bytes = memcpy(small, text, length);
-    const bool written = type >= 0 && write_attribute(object, name, type, space, bytes);
+    const bool written = type >= 0 && nmm_h5_attribute_write(object, name, type, space, bytes);
     H5Sclose(space);
     H5Tclose(type);
     return written;
@@ -77,7 +75,7 @@ nmm_status nmm_h5_attribute_put(nmm_h5 *h5, const char *object, const char *name
     const hsize_t size = (hsize_t)n;
     const hid_t place = H5Oopen(h5->file, object, H5P_DEFAULT);
     const hid_t space = n > 0 ? H5Screate_simple(1, &size, NULL) : H5Screate(H5S_SCALAR);
-    const bool written = place >= 0 && write_attribute(place, name, type, space, value);
+    const bool written = place >= 0 && nmm_h5_attribute_write(place, name, type, space, value);
     H5Sclose(space);
     if (place >= 0) H5Oclose(place);
     return written ? NMM_OK : nmm_h5_fail_write(h5, name);
@@ -172,10 +170,10 @@ nmm_status nmm_h5_put(nmm_h5 *h5, const char *name, hid_t memory, hsize_t first,
     return status;
 }
 
-// --- Texts and records
+// --- Texts
 // ---------------------------------------------------------------------------
 
-static hid_t create_scalar(hid_t file, const char *name, hid_t type) {
+hid_t nmm_h5_scalar_create(hid_t file, const char *name, hid_t type) {
     const hid_t space = H5Screate(H5S_SCALAR);
     const hid_t create = H5Pcreate(H5P_DATASET_CREATE);
     const hid_t link = link_properties();
@@ -190,70 +188,13 @@ static hid_t create_scalar(hid_t file, const char *name, hid_t type) {
 }
 
 nmm_status nmm_h5_text_create(nmm_h5 *h5, const char *name, const char *text, size_t length) {
-    const hid_t type = text_type(length);
-    if (!is_ascii(text, length)) H5Tset_cset(type, H5T_CSET_UTF8);
-    const hid_t dataset = create_scalar(h5->file, name, type);
+    // Marked as ASCII even where it is UTF-8: Octave refuses others, and the whole group with them.
+    const hid_t type = nmm_h5_text_type(length);
+    const hid_t dataset = nmm_h5_scalar_create(h5->file, name, type);
     const bool written = dataset >= 0 && H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT,
                                                   length > 0 ? text : "") >= 0;
     const nmm_status status = written ? NMM_OK : nmm_h5_fail_write(h5, name);
     if (dataset >= 0) H5Dclose(dataset);
     H5Tclose(type);
-    return status;
-}
-
-// Units and meanings, one text for each stored column.
-static bool describe_columns(hid_t dataset, const nmm_h5_record *record, const bool *keep) {
-    enum { WIDEST = 96 };
-    char unit[MAX_COLUMN][WIDEST] = {{0}}, meaning[MAX_COLUMN][WIDEST] = {{0}};
-    hsize_t n = 0;
-    for (int i = 0; i < record->n; i++) {
-        if (keep != NULL && !keep[i]) continue;
-        strncpy(unit[n], record->column[i].unit, WIDEST - 1);
-        strncpy(meaning[n], record->column[i].meaning, WIDEST - 1);
-        n += 1;
-    }
-    const hid_t type = text_type(WIDEST);
-    const hid_t space = H5Screate_simple(1, &n, NULL);
-    const bool written = write_attribute(dataset, "unit", type, space, unit) &&
-                         write_attribute(dataset, "meaning", type, space, meaning);
-    H5Sclose(space);
-    H5Tclose(type);
-    return written;
-}
-
-nmm_status nmm_h5_record_create(nmm_h5 *h5, const char *name, const nmm_h5_record *record,
-                                const bool *keep, hsize_t chunk) {
-    NMM_ASSERT(record->n <= MAX_COLUMN);
-    const hid_t type = nmm_h5_record_type(record, keep);
-    if (type < 0) return nmm_h5_fail_write(h5, name);
-    H5Tpack(type);
-    const nmm_h5_table table = {.name = name, .type = type, .chunk = chunk};
-    const hid_t dataset =
-        chunk > 0 ? create_growing(h5->file, &table) : create_scalar(h5->file, name, type);
-    const bool written = dataset >= 0 && describe_columns(dataset, record, keep);
-    const nmm_status status = written ? NMM_OK : nmm_h5_fail_write(h5, name);
-    if (dataset >= 0) H5Dclose(dataset);
-    H5Tclose(type);
-    return status;
-}
-
-nmm_status nmm_h5_record_put(nmm_h5 *h5, const char *name, const nmm_h5_record *record,
-                             hsize_t first, hsize_t n, const void *rows) {
-    const hid_t type = nmm_h5_record_type(record, NULL);
-    if (type < 0) return nmm_h5_fail_write(h5, name);
-    const nmm_status status = nmm_h5_put(h5, name, type, first, n, rows);
-    H5Tclose(type);
-    return status;
-}
-
-nmm_status nmm_h5_record_set(nmm_h5 *h5, const char *name, const nmm_h5_record *record,
-                             const void *row) {
-    const hid_t type = nmm_h5_record_type(record, NULL);
-    const hid_t dataset = H5Dopen2(h5->file, name, H5P_DEFAULT);
-    const bool written = type >= 0 && dataset >= 0 &&
-                         H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, row) >= 0;
-    const nmm_status status = written ? NMM_OK : nmm_h5_fail_write(h5, name);
-    if (dataset >= 0) H5Dclose(dataset);
-    if (type >= 0) H5Tclose(type);
     return status;
 }

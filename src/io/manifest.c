@@ -148,7 +148,8 @@ static nmm_status write_supports(nmm_output *output, const nmm_model *m) {
         const int n = gather_supports(m, sum, row);
         status = nmm_h5_record_create(&output->h5, name, &nmm_record_support, NULL, 256);
         if (status == NMM_OK)
-            status = nmm_h5_record_put(&output->h5, name, &nmm_record_support, 0, (hsize_t)n, row);
+            status = nmm_h5_record_put(&output->h5, name, &nmm_record_support, NULL,
+                                       (const hsize_t[2]){0, (hsize_t)n}, row);
     }
     nmm_release(&output->context, &row);
     nmm_release(&output->context, &sum);
@@ -168,8 +169,8 @@ static nmm_status write_loads(nmm_output *output, const nmm_model *m) {
                                 .fy = load->force.y,
                                 .element = load->element};
     }
-    const nmm_status status =
-        nmm_h5_record_put(&output->h5, name, &nmm_record_load, 0, (hsize_t)m->n_load, row);
+    const nmm_status status = nmm_h5_record_put(&output->h5, name, &nmm_record_load, NULL,
+                                                (const hsize_t[2]){0, (hsize_t)m->n_load}, row);
     nmm_release(&output->context, &row);
     return status;
 }
@@ -221,16 +222,20 @@ static nmm_status name_monitor(nmm_output *output, const nmm_model *m, int k) {
     return NMM_OK;
 }
 
+void nmm_monitor_keep(const nmm_monitor *monitor, bool keep[NMM_MONITOR_COLUMNS]) {
+    for (int i = 0; i < NMM_MONITOR_COLUMNS; i++) {
+        keep[i] = i < NMM_MONITOR_DISPLACEMENT ? true
+                  : i < NMM_MONITOR_VELOCITY   ? monitor->displacement
+                  : i < NMM_MONITOR_STRESS     ? monitor->velocity
+                                               : monitor->stress;
+    }
+}
+
 static nmm_status create_monitor(nmm_output *output, const nmm_model *m, int k) {
     const nmm_monitor *monitor = &m->monitor[k];
     const double place[2] = {monitor->place.x + m->origin.x, monitor->place.y + m->origin.y};
-    bool keep[NMM_MONITOR_STRESS + 3] = {true, true};
-    for (int i = 0; i < 2; i++) {
-        keep[NMM_MONITOR_DISPLACEMENT + i] = monitor->displacement;
-        keep[NMM_MONITOR_VELOCITY + i] = monitor->velocity;
-    }
-    for (int i = 0; i < 3; i++)
-        keep[NMM_MONITOR_STRESS + i] = monitor->stress;
+    bool keep[NMM_MONITOR_COLUMNS];
+    nmm_monitor_keep(monitor, keep);
     TRY(name_monitor(output, m, k));
     const char *path = output->monitor_table[k];
     TRY(nmm_h5_record_create(&output->h5, path, &nmm_record_monitor, keep, 256));
@@ -260,6 +265,6 @@ nmm_status nmm_manifest_write(nmm_output *output, nmm_sim *sim) {
     TRY(write_loads(output, m));
     TRY(write_outline(output, m));
     TRY(nmm_h5_record_create(h5, NMM_META "/ledger", &nmm_record_step, NULL, 256));
-    TRY(nmm_h5_record_create(h5, NMM_META "/summary", &nmm_record_summary, NULL, 0));
+    TRY(nmm_h5_single_create(h5, NMM_META "/summary", &nmm_record_summary));
     return create_monitors(output, m);
 }

@@ -84,15 +84,18 @@ static nmm_status append_frame(nmm_output *output, nmm_sim *sim) {
     return NMM_OK;
 }
 
-static nmm_status append_monitors(nmm_output *output) {
+static nmm_status append_monitors(nmm_output *output, const nmm_model *model) {
     const int n = output->n_ledger;
     TRY(nmm_grow(&output->context, &output->column, &output->column_capacity, n,
                  sizeof *output->column));
     for (int k = 0; k < output->n_monitor; k++) {
         for (int i = 0; i < n; i++)
             output->column[i] = output->monitor[(long)i * output->n_monitor + k];
-        TRY(nmm_h5_record_put(&output->h5, output->monitor_table[k], &nmm_record_monitor,
-                              (hsize_t)output->table_row, (hsize_t)n, output->column));
+        bool keep[NMM_MONITOR_COLUMNS];
+        const hsize_t range[2] = {(hsize_t)output->table_row, (hsize_t)n};
+        nmm_monitor_keep(&model->monitor[k], keep);
+        TRY(nmm_h5_record_put(&output->h5, output->monitor_table[k], &nmm_record_monitor, keep,
+                              range, output->column));
     }
     return NMM_OK;
 }
@@ -101,15 +104,16 @@ static nmm_status append_monitors(nmm_output *output) {
 static nmm_status append_tables(nmm_output *output, nmm_sim *sim) {
     nmm_h5 *h5 = &output->h5;
     if (output->n_ledger > 0) {
-        TRY(nmm_h5_record_put(h5, NMM_META "/ledger", &nmm_record_step, (hsize_t)output->table_row,
-                              (hsize_t)output->n_ledger, output->ledger));
-        TRY(append_monitors(output));
+        const hsize_t range[2] = {(hsize_t)output->table_row, (hsize_t)output->n_ledger};
+        TRY(nmm_h5_record_put(h5, NMM_META "/ledger", &nmm_record_step, NULL, range,
+                              output->ledger));
+        TRY(append_monitors(output, &sim->model));
         output->table_row += output->n_ledger;
         output->n_ledger = 0;
     }
     nmm_summary summary = {0};
     nmm_sim_summary(sim, &summary);
-    return nmm_h5_record_set(h5, NMM_META "/summary", &nmm_record_summary, &summary);
+    return nmm_h5_single_set(h5, NMM_META "/summary", &nmm_record_summary, &summary);
 }
 
 // What a writing needs at most; tables grow by whole chunks.

@@ -69,6 +69,9 @@ struct nmm_output {
 /// Scene, settings, machine, supports, loads; the empty ledger and monitors.
 nmm_status nmm_manifest_write(nmm_output *output, nmm_sim *sim);
 
+/// Columns of a monitor's table that are stored.
+void nmm_monitor_keep(const nmm_monitor *monitor, bool keep[NMM_MONITOR_COLUMNS]);
+
 /// Points and elements, and the empty tables of the fields.
 nmm_status nmm_grid_create(nmm_output *output, const nmm_sim *sim);
 /// Fields and offsets of the next frame; it does not count before nmm_frame_count.

@@ -22,7 +22,12 @@ extern const nmm_h5_record nmm_record_support;
 extern const nmm_h5_record nmm_record_load;
 
 /// Columns of nmm_record_monitor from `..._DISPLACEMENT` on: two, two and three.
-enum { NMM_MONITOR_DISPLACEMENT = 2, NMM_MONITOR_VELOCITY = 4, NMM_MONITOR_STRESS = 6 };
+enum {
+    NMM_MONITOR_DISPLACEMENT = 2,
+    NMM_MONITOR_VELOCITY = 4,
+    NMM_MONITOR_STRESS = 6,
+    NMM_MONITOR_COLUMNS = 9
+};
 
 /// "running", "completed", "step_too_small", "solver_failed", "interrupted".
 const char *nmm_end_name(nmm_end end);

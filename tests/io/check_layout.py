@@ -108,6 +108,13 @@ def check_contacts(contacts):
         check(contacts[name + "/Offsets"].shape == (N_FRAME,), name + "/Offsets")
 
 
+def columns(table):
+    """The columns of a table by name."""
+    names = [name.decode() for name in table.attrs["columns"]]
+    check(table.shape[1] == len(names) == len(table.attrs["unit"]) == len(table.attrs["meaning"]), table.name)
+    return {name: table[:, k] for k, name in enumerate(names)}
+
+
 def check_meta(meta):
     text = meta["scene"][()]
     check(b"title: Two blocks on a bench" in text, "scene text")
@@ -118,18 +125,18 @@ def check_meta(meta):
     check(meta.attrs["status"] == b"completed", "status")
     for name in ("title", "version", "compiler", "build", "machine"):
         check(len(meta.attrs[name]) > 0, name)
-    ledger = meta["ledger"][:]
-    check(len(ledger) == 10 and list(ledger["step"]) == list(range(1, 11)), "ledger")
+    ledger = columns(meta["ledger"])
+    check(list(ledger["step"]) == list(range(1, 11)), "ledger")
     check(numpy.allclose(ledger["kinetic"], 1.5 * numpy.arange(1, 11)), "kinetic energy")
-    check(len(meta["ledger"].attrs["unit"]) == len(ledger.dtype.names), "a unit for each column")
-    crest = meta["monitors/crest"][:]
-    check(len(crest) == 10 and "stress_yy" in crest.dtype.names, "monitor")
+    crest = columns(meta["monitors/crest"])
+    check(len(crest) == 9 and len(crest["stress_yy"]) == 10, "monitor")
     check(numpy.allclose(crest["time"], 0.01 * numpy.arange(1, 11)), "times of the monitor")
-    check("stress_yy" not in meta["monitors/a_b"].dtype.names, "only what is recorded")
+    check(list(columns(meta["monitors/a_b"])) == ["step", "time", "displacement_x", "displacement_y"],
+          "only what is recorded")
     check(meta["monitors/a_b"].attrs["name"] == b"a/b", "the monitor's own name")
     check(meta["summary"][()]["steps"] == 10 and meta["summary"][()]["method"] == b"pcg", "summary")
     check(meta["outline"].shape == (N_EDGE, 5), "outline")
-    check(len(meta["supports"]) == 6 and meta["supports"][5]["held"] == 1, "supports")
+    check(list(columns(meta["supports"])["held"]) == [0, 0, 0, 0, 0, 1], "supports")
 
 
 def check_pointer(folder):
