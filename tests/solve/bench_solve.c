@@ -79,7 +79,7 @@ int main(int argc, char **argv) {
     const double courant = argc > 1 ? strtod(argv[1], NULL) : 10;
     const double tolerance = argc > 2 ? strtod(argv[2], NULL) : 1e-8;
     nmm_context context = {.n_thread = 1};
-    const int across[] = {3, 7, 20, 64}, up[] = {1, 4, 14, 48};
+    const int across[] = {2, 6, 20, 64}, up[] = {1, 4, 15, 48};
     printf(
         "| backend | order | blocks per row | threads | us per sweep | pcg iterations | pcg ms | "
         "end |\n|---|---|---|---|---|---|---|---|\n");
