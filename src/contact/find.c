@@ -9,7 +9,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 // Does the edge after `edge` run on in the same direction, in the reference configuration?
 static bool runs_on(const nmm_model *model, int edge) {
@@ -58,7 +57,8 @@ nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
     TRY(nmm_allocate(context, &s->bucket_start, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->bucket_pairs, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->box, n, sizeof(nmm_box)));
-    return nmm_allocate(context, &s->vertex_start, n + 1, sizeof(int));
+    TRY(nmm_allocate(context, &s->vertex_start, n + 1, sizeof(int)));
+    return nmm_allocate(context, &s->last_start, n + 1, sizeof(int));
 }
 
 void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
@@ -75,24 +75,10 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_release(context, &s->raw);
     nmm_release(context, &s->raw_first);
     nmm_release(context, &s->vertex_start);
+    nmm_release(context, &s->last_start);
     nmm_release(context, &s->sorted);
     nmm_release(context, &s->next);
     nmm_release(context, search);
-}
-
-const nmm_contact *nmm_contact_lookup(const nmm_state *state, int vertex, int edge) {
-    int low = 0, high = state->n_contact;
-    while (low < high) {
-        const int middle = low + (high - low) / 2;
-        const nmm_contact *c = &state->contact[middle];
-        if (c->vertex < vertex || (c->vertex == vertex && c->edge < edge))
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    if (low >= state->n_contact) return NULL;
-    const nmm_contact *c = &state->contact[low];
-    return c->vertex == vertex && c->edge == edge ? c : NULL;
 }
 
 // --- A new contact
@@ -162,43 +148,43 @@ static void inherit(const nmm_contact_search *search, const nmm_model *model,
     *c = next;
 }
 
-static const nmm_contact *closed_contact(const nmm_state *state, int vertex, int edge) {
-    const nmm_contact *old = nmm_contact_lookup(state, vertex, edge);
+static const nmm_contact *closed_contact(const nmm_narrowing *now, int vertex, int edge) {
+    const nmm_contact *old = nmm_contact_lookup(&now->last, vertex, edge);
     return old != NULL && old->mode != NMM_CONTACT_OPEN ? old : NULL;
 }
 
 // Directions of two edges: in line, or (sign -1) face to face.
-static bool in_line(const nmm_model *model, const nmm_state *state, int a, int b, int sign) {
-    const nmm_vec2 s = nmm_edge_line_of(model, state, a).t, t = nmm_edge_line_of(model, state, b).t;
+static bool in_line(const nmm_narrowing *now, int a, int b, int sign) {
+    const nmm_vec2 s = nmm_edge_line_of(now->model, now->state, a).t;
+    const nmm_vec2 t = nmm_edge_line_of(now->model, now->state, b).t;
     return sign * nmm_vec2_dot(s, t) > NMM_IN_LINE;
 }
 
-const nmm_contact *nmm_contact_history(const nmm_model *model, const nmm_state *state, int vertex,
-                                       int edge) {
-    const nmm_contact *old = nmm_contact_lookup(state, vertex, edge);
+const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge) {
+    const nmm_model *model = now->model;
+    const nmm_contact *old = nmm_contact_lookup(&now->last, vertex, edge);
     if (old != NULL) return old;
     // The vertex passed a corner or a cut of the other side.
     const int near[2] = {model->vertex_prev[edge], model->vertex_next[edge]};
     for (int k = 0; k < 2; k++) {
-        old = closed_contact(state, vertex, near[k]);
-        if (old != NULL && in_line(model, state, edge, near[k], 1)) return old;
+        old = closed_contact(now, vertex, near[k]);
+        if (old != NULL && in_line(now, edge, near[k], 1)) return old;
     }
     // The other side's vertices at this place, on the edges that meet here.
     const int other[2] = {edge, model->vertex_next[edge]};
     const int side[2] = {vertex, model->vertex_prev[vertex]};
     for (int k = 0; k < 4; k++) {
-        old = closed_contact(state, other[k / 2], side[k % 2]);
-        if (old != NULL && in_line(model, state, edge, side[k % 2], -1)) return old;
+        old = closed_contact(now, other[k / 2], side[k % 2]);
+        if (old != NULL && in_line(now, edge, side[k % 2], -1)) return old;
     }
     return NULL;
 }
 
-static nmm_contact with_history(const nmm_contact_search *search, const nmm_model *model,
-                                const nmm_state *state, const nmm_raw *raw,
-                                const nmm_contact *old) {
-    nmm_contact c = new_contact(search, model, state, raw);
+static nmm_contact with_history(const nmm_contact_search *search, const nmm_narrowing *now,
+                                const nmm_raw *raw, const nmm_contact *old) {
+    nmm_contact c = new_contact(search, now->model, now->state, raw);
     if (old != NULL)
-        inherit(search, model, state, &c, old);
+        inherit(search, now->model, now->state, &c, old);
     else
         c.rest = nmm_min(0, c.gap);
     return c;
@@ -230,14 +216,30 @@ static void begin_contact(const nmm_model *model, const nmm_state *state, const 
 // --- The list
 // ------------------------------------------------------------------------------------------
 
+static void start_list(const nmm_state *state, int n_vertex, int *start) {
+    int k = 0;
+    for (int v = 0; v <= n_vertex; v++) {
+        while (k < state->n_contact && state->contact[k].vertex < v)
+            k += 1;
+        start[v] = k;
+    }
+}
+
+static int count_bonded(const nmm_state *state) {
+    int n = 0;
+    for (int k = 0; k < state->n_contact; k++)
+        n += state->contact[k].bonded;
+    return n;
+}
+
 static int order_of(const nmm_contact *old, const nmm_raw *raw) {
     if (old->vertex != raw->vertex) return old->vertex < raw->vertex ? -1 : 1;
     return (old->edge > raw->edge) - (old->edge < raw->edge);
 }
 
 // Merge the raw contacts with bonded ones that the search did not bring.
-static int make_list(nmm_contact_search *search, const nmm_model *model, const nmm_state *state,
-                     int n_raw) {
+static int make_list(nmm_contact_search *search, const nmm_narrowing *now, int n_raw) {
+    const nmm_state *state = now->state;
     // A run that goes on from a file has contacts already.
     const bool begins = !search->started && state->step == 0;
     int n = 0, old = 0;
@@ -251,12 +253,12 @@ static int make_list(nmm_contact_search *search, const nmm_model *model, const n
             continue;
         }
         const nmm_raw *raw = &search->sorted[i++];
-        if (order == 0) old += 1;
-        const nmm_contact *before = nmm_contact_history(model, state, raw->vertex, raw->edge);
+        const nmm_contact *before =
+            order == 0 ? &state->contact[old++] : nmm_contact_history(now, raw->vertex, raw->edge);
         // A bond at the same place, kept under its own name, stands for this one.
         if (before != NULL && before->bonded && order != 0) continue;
-        search->next[n] = with_history(search, model, state, raw, before);
-        if (begins) begin_contact(model, state, raw, &search->next[n]);
+        search->next[n] = with_history(search, now, raw, before);
+        if (begins) begin_contact(now->model, state, raw, &search->next[n]);
         n += 1;
     }
     return n;
@@ -265,14 +267,21 @@ static int make_list(nmm_contact_search *search, const nmm_model *model, const n
 nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
                             const nmm_model *model, nmm_state *state, double reach) {
     TRY(nmm_pairs_update(context, search, model, state, reach));
+    start_list(state, model->n_vertex, search->last_start);
+    const nmm_last_list last = {state->contact, search->last_start};
+    const nmm_narrowing now = {.model = model, .state = state, .last = last, .reach = reach};
     int n_raw = 0;
-    TRY(nmm_narrow(context, search, model, state, reach, &n_raw));
-    const int most = n_raw + state->n_contact;
+    TRY(nmm_narrow(context, search, &now, &n_raw));
+    const int most = n_raw + count_bonded(state);
     TRY(nmm_grow(context, &search->next, &search->next_capacity, most, sizeof(nmm_contact)));
-    const int n = make_list(search, model, state, n_raw);
-    TRY(nmm_grow(context, &state->contact, &state->contact_capacity, n, sizeof(nmm_contact)));
-    if (n > 0) memcpy(state->contact, search->next, (size_t)n * sizeof(nmm_contact));
-    state->n_contact = n;
+    state->n_contact = make_list(search, &now, n_raw);
+    // The two lists change places.
+    nmm_contact *const list = search->next;
+    const int capacity = search->next_capacity;
+    search->next = state->contact;
+    search->next_capacity = state->contact_capacity;
+    state->contact = list;
+    state->contact_capacity = capacity;
     search->started = true;
     return NMM_OK;
 }

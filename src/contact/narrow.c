@@ -87,17 +87,17 @@ static int merge_vertex(nmm_raw *raw, int n) {
     return kept;
 }
 
-static bool was_closed(const nmm_state *state, const nmm_raw *raw) {
-    const nmm_contact *old = nmm_contact_lookup(state, raw->vertex, raw->edge);
+static bool was_closed(const nmm_last_list *last, const nmm_raw *raw) {
+    const nmm_contact *old = nmm_contact_lookup(last, raw->vertex, raw->edge);
     return old != NULL && old->mode != NMM_CONTACT_OPEN;
 }
 
 // Two edges of one block in line or round a convex corner: a vertex meets one of them. In a notch,
 // and on steps, it may meet both.
-static bool exclude_each_other(const nmm_model *model, const nmm_state *state, int a, int b) {
-    if (model->vertex_block[a] != model->vertex_block[b]) return false;
-    const nmm_edge_line e = nmm_edge_line_of(model, state, a);
-    const nmm_edge_line f = nmm_edge_line_of(model, state, b);
+static bool exclude_each_other(const nmm_narrowing *now, int a, int b) {
+    if (now->model->vertex_block[a] != now->model->vertex_block[b]) return false;
+    const nmm_edge_line e = nmm_edge_line_of(now->model, now->state, a);
+    const nmm_edge_line f = nmm_edge_line_of(now->model, now->state, b);
     const nmm_vec2 way = nmm_vec2_sub(nmm_vec2_mix(f.p, f.q, 0.5), nmm_vec2_mix(e.p, e.q, 0.5));
     const double in_front = NMM_SLANTED * sqrt(nmm_vec2_dot(way, way));
     return nmm_vec2_dot(e.n, way) <= in_front && -nmm_vec2_dot(f.n, way) <= in_front;
@@ -105,22 +105,22 @@ static bool exclude_each_other(const nmm_model *model, const nmm_state *state, i
 
 // Which of two that exclude each other: the one in front of its edge, the one that was pressed, the
 // one with the smaller overlap.
-static bool is_better(const nmm_state *state, const nmm_raw *other, const nmm_raw *own) {
+static bool is_better(const nmm_last_list *last, const nmm_raw *other, const nmm_raw *own) {
     const bool own_inside = own->beyond == 0, other_inside = other->beyond == 0;
     if (own_inside != other_inside) return other_inside;
-    const bool own_closed = was_closed(state, own), other_closed = was_closed(state, other);
+    const bool own_closed = was_closed(last, own), other_closed = was_closed(last, other);
     if (own_closed != other_closed) return other_closed;
     if (own->gap != other->gap) return other->gap > own->gap;
     return other->edge < own->edge;
 }
 
-static int choose_sides(const nmm_model *model, const nmm_state *state, nmm_raw *raw, int n) {
+static int choose_sides(const nmm_narrowing *now, nmm_raw *raw, int n) {
     for (int i = 0; i < n; i++) {
         raw[i].dropped = false;
         if (!raw[i].corner) continue;
         for (int k = 0; k < n && !raw[i].dropped; k++) {
-            raw[i].dropped = k != i && is_better(state, &raw[k], &raw[i]) &&
-                             exclude_each_other(model, state, raw[i].edge, raw[k].edge);
+            raw[i].dropped = k != i && is_better(&now->last, &raw[k], &raw[i]) &&
+                             exclude_each_other(now, raw[i].edge, raw[k].edge);
         }
     }
     int kept = 0;
@@ -193,23 +193,23 @@ static nmm_status lengthen_short_sides(nmm_context *context, nmm_contact_search 
     return NMM_OK;
 }
 
-nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nmm_model *model,
-                      const nmm_state *state, double reach, int *n_raw) {
-    const nmm_narrowing all = {.model = model, .state = state, .reach = reach};
-    TRY(narrow_all(context, search, &all, n_raw));
-    TRY(sort_raw(context, search, model->n_vertex, *n_raw));
+nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nmm_narrowing *now,
+                      int *n_raw) {
+    const int n_vertex = now->model->n_vertex;
+    TRY(narrow_all(context, search, now, n_raw));
+    TRY(sort_raw(context, search, n_vertex, *n_raw));
     // Merge within each vertex and close the ranks.
     nmm_raw *sorted = search->sorted;
     int kept = 0, begin = 0;
-    for (int v = 0; v < model->n_vertex; v++) {
+    for (int v = 0; v < n_vertex; v++) {
         const int end = search->vertex_start[v];
         int count = merge_vertex(sorted + begin, end - begin);
-        count = choose_sides(model, state, sorted + begin, count);
+        count = choose_sides(now, sorted + begin, count);
         for (int k = 0; k < count; k++)
             sorted[kept + k] = sorted[begin + k];
         kept += count;
         begin = end;
     }
     *n_raw = kept;
-    return lengthen_short_sides(context, search, model, kept);
+    return lengthen_short_sides(context, search, now->model, kept);
 }

@@ -36,10 +36,17 @@ typedef struct nmm_raw {
     bool dropped;
 } nmm_raw;
 
+/// The list of the last step, with where the contacts of each vertex begin.
+typedef struct nmm_last_list {
+    const nmm_contact *contact;
+    const int *start; // [n_vertex + 1]
+} nmm_last_list;
+
 /// What the narrow phase works on; `out` NULL: it only counts.
 typedef struct nmm_narrowing {
     const nmm_model *model;
     const nmm_state *state;
+    nmm_last_list last;
     double reach;
     nmm_raw *out;
     int n;
@@ -79,6 +86,7 @@ struct nmm_contact_search {
     nmm_raw *raw;      // by chunk of pairs
     int *raw_first;    // [chunks + 1] first place of a chunk in raw
     int *vertex_start; // [n_vertex + 1]
+    int *last_start;   // [n_vertex + 1] first contact of a vertex in the last list
     int sorted_capacity;
     nmm_raw *sorted; // by vertex and edge
     int table_capacity;
@@ -106,8 +114,8 @@ nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
                             const nmm_model *model, const nmm_state *state, double reach);
 
 /// Raw contacts of all pairs, sorted by (vertex, edge), lengths added, into search->sorted.
-nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nmm_model *model,
-                      const nmm_state *state, double reach, int *n_raw);
+nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nmm_narrowing *now,
+                      int *n_raw);
 
 /// Raw contacts of one pair of edges.
 void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair);
@@ -115,10 +123,15 @@ void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair);
 /// The contact of the last list that (vertex, edge) goes on from: its own; else a closed one of the
 /// vertex on a neighbouring edge in line; else a closed one of the other side's vertex at the
 /// place. NULL: there is none.
-const nmm_contact *nmm_contact_history(const nmm_model *model, const nmm_state *state, int vertex,
-                                       int edge);
+const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge);
 
-/// The contact (vertex, edge) of the list, or NULL.
-const nmm_contact *nmm_contact_lookup(const nmm_state *state, int vertex, int edge);
+/// The contact (vertex, edge) of the last list, or NULL.
+static inline const nmm_contact *nmm_contact_lookup(const nmm_last_list *last, int vertex,
+                                                    int edge) {
+    for (int k = last->start[vertex]; k < last->start[vertex + 1]; k++) {
+        if (last->contact[k].edge == edge) return &last->contact[k];
+    }
+    return NULL;
+}
 
 #endif

@@ -70,7 +70,7 @@ static bool listed(const nmm_narrowing *now, const candidate *c) {
     const nmm_model *model = now->model;
     if (c->gap > now->reach || c->gap < -NMM_DEEPEST * model->size) return false;
     if (c->gap >= -NMM_TOUCH * model->size) return true;
-    const nmm_contact *old = nmm_contact_history(model, now->state, c->vertex, c->edge);
+    const nmm_contact *old = nmm_contact_history(now, c->vertex, c->edge);
     if (old != NULL && old->mode != NMM_CONTACT_OPEN) return true;
     if (model->vertex_block[c->vertex] == model->vertex_block[c->edge]) return false;
     return -c->gap <= c->room && inside_loop(now, c->edge, c->probe);
@@ -108,8 +108,8 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
     const double size = now->model->size;
     bool take_u = fabs(end->ahead) <= NMM_EXACT * size ? end->u < end->w : end->ahead < 0;
     if (fabs(end->ahead) <= NMM_SAME * size) {
-        const bool had_u = nmm_contact_lookup(now->state, end->u, end->e) != NULL;
-        const bool had_w = nmm_contact_lookup(now->state, end->w, end->f) != NULL;
+        const bool had_u = nmm_contact_lookup(&now->last, end->u, end->e) != NULL;
+        const bool had_w = nmm_contact_lookup(&now->last, end->w, end->f) != NULL;
         if (had_u != had_w) take_u = had_u;
     }
     const candidate c = take_u ? (candidate){end->u, end->e, end->gap_u, shared, end->probe_u}
