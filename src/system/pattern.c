@@ -9,21 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Row and column of one block that a contact asks for.
-struct nmm_pair {
-    int row, col;
-};
-typedef struct nmm_pair nmm_pair;
-
 static int compare_int(const void *a, const void *b) {
     const int x = *(const int *)a, y = *(const int *)b;
     return (x > y) - (x < y);
-}
-
-static int compare_pair(const void *a, const void *b) {
-    const nmm_pair *x = a, *y = b;
-    if (x->row != y->row) return (x->row > y->row) - (x->row < y->row);
-    return (x->col > y->col) - (x->col < y->col);
 }
 
 // Entry of column `col` in the ascending list col_of[begin, end).
@@ -152,6 +140,7 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
     TRY(nmm_allocate(context, &system->change, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &system->place, (size_t)system->base_start[n], sizeof(int)));
     TRY(nmm_allocate(context, &system->contact_start, n + 1, sizeof(int)));
+    TRY(nmm_allocate(context, &system->row_room, n, sizeof(int)));
     TRY(nmm_allocate(context, &system->K.row_start, n + 1, sizeof(int)));
     TRY(nmm_allocate(context, &system->K.diagonal, n, sizeof(int)));
     system->K.n_row = model->n_cover;
@@ -167,17 +156,17 @@ void nmm_system_destroy(nmm_context *context, nmm_system *system) {
         &system->element_mass,  &system->cover_mass,    &system->support_start,
         &system->cover_support, &system->fixed,         &system->place,
         &system->row,           &system->identity,      &system->contact_slot,
-        &system->contact_start, &system->cover_contact, &system->pair,
-        &system->piola,         &system->stiffness,     &system->acceleration,
-        &system->load,          &system->scale,         &system->reaction,
+        &system->contact_start, &system->cover_contact, &system->column,
+        &system->row_room,      &system->piola,         &system->stiffness,
+        &system->acceleration,  &system->load,          &system->scale,
+        &system->reaction,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);
     *system = (nmm_system){0};
 }
 
-// --- Contacts
-// ------------------------------------------------------------------------------------------
+// --- Contacts ------------------------------------------------------------------------------------
 
 static void covers_of_contact(const nmm_model *model, const nmm_contact *contact, int cover[6]) {
     const int *a = model->element_cover + 3 * (long)model->edge_element[contact->vertex];
@@ -198,38 +187,70 @@ static bool same_contacts(const nmm_system *system, const nmm_state *state) {
 }
 
 static nmm_status grow_contacts(nmm_context *context, nmm_system *system, int n_contact) {
-    int capacity[5];
-    for (int i = 0; i < 5; i++)
+    int capacity[4];
+    for (int i = 0; i < 4; i++)
         capacity[i] = system->contact_capacity;
     TRY(nmm_grow(context, &system->row, &capacity[0], n_contact, sizeof(nmm_contact_row)));
     TRY(nmm_grow(context, &system->identity, &capacity[1], n_contact, 2 * sizeof(int)));
     TRY(nmm_grow(context, &system->contact_slot, &capacity[2], n_contact, 36 * sizeof(int)));
     TRY(nmm_grow(context, &system->cover_contact, &capacity[3], n_contact, 6 * sizeof(int)));
-    TRY(nmm_grow(context, &system->pair, &capacity[4], n_contact, 36 * sizeof(nmm_pair)));
     system->contact_capacity = capacity[0];
     return NMM_OK;
 }
 
-// Blocks asked for by contacts, sorted by row and column, without repetition.
-static int gather_pairs(nmm_system *system, const nmm_model *model, const nmm_state *state) {
-    int n = 0;
-    for (int k = 0; k < state->n_contact; k++) {
+// Contacts by cover, ascending.
+static void list_contacts(nmm_system *system, const nmm_model *model, const nmm_state *state) {
+    const int n = system->K.n_row, n_contact = state->n_contact;
+    int *start = system->contact_start;
+    memset(start, 0, ((size_t)n + 1) * sizeof(int));
+    for (int k = 0; k < n_contact; k++) {
         int cover[6];
         covers_of_contact(model, &state->contact[k], cover);
-        for (int i = 0; i < 36; i++) {
-            // Blocks of one element are in the constant pattern.
-            if (i / 18 == i % 6 / 3) continue;
-            system->pair[n++] = (nmm_pair){cover[i / 6], cover[i % 6]};
-        }
+        system->identity[2 * k] = state->contact[k].vertex;
+        system->identity[2 * k + 1] = state->contact[k].edge;
+        for (int i = 0; i < 6; i++)
+            start[cover[i] + 1] += 1;
     }
-    if (n > 1) qsort(system->pair, (size_t)n, sizeof(nmm_pair), compare_pair);
-    int kept = 0;
-    for (int i = 0; i < n; i++) {
-        if (i == 0 || compare_pair(&system->pair[i], &system->pair[i - 1]) != 0) {
-            system->pair[kept++] = system->pair[i];
-        }
+    for (int c = 0; c < n; c++)
+        start[c + 1] += start[c];
+    // Filled from the back, so that start[c + 1] ends where c begins.
+    for (int k = n_contact - 1; k >= 0; k--) {
+        int cover[6];
+        covers_of_contact(model, &state->contact[k], cover);
+        for (int i = 5; i >= 0; i--)
+            system->cover_contact[--start[cover[i] + 1]] = 6 * k + i;
     }
-    return kept;
+    for (int c = 0; c < n; c++)
+        start[c] = start[c + 1];
+    start[n] = 6 * n_contact;
+}
+
+// Insert into an ascending list without repetition.
+static int insert_column(int *column, int n, int col) {
+    int k = n;
+    while (k > 0 && column[k - 1] > col)
+        k -= 1;
+    if (k > 0 && column[k - 1] == col) return n;
+    memmove(column + k + 1, column + k, (size_t)(n - k) * sizeof *column);
+    column[k] = col;
+    return n + 1;
+}
+
+// Columns of row c: those of its elements, and the covers on the other side of its contacts.
+static int columns_of_row(const nmm_system *system, const nmm_model *model, const nmm_state *state,
+                          int c, int *column) {
+    int n = system->base_start[c + 1] - system->base_start[c];
+    memcpy(column, system->base_col + system->base_start[c], (size_t)n * sizeof *column);
+    for (int k = system->contact_start[c]; k < system->contact_start[c + 1]; k++) {
+        const nmm_contact *contact = &state->contact[system->cover_contact[k] / 6];
+        const bool of_vertex = system->cover_contact[k] % 6 < 3;
+        const int *other =
+            model->element_cover +
+            3 * (long)model->edge_element[of_vertex ? contact->edge : contact->vertex];
+        for (int j = 0; j < 3; j++)
+            n = insert_column(column, n, other[j]);
+    }
+    return n;
 }
 
 static nmm_status grow_matrix(nmm_context *context, nmm_bsr *K, int *capacity, int n_block) {
@@ -244,70 +265,71 @@ static nmm_status grow_matrix(nmm_context *context, nmm_bsr *K, int *capacity, i
     return NMM_OK;
 }
 
-// Merge the constant columns of each row with those of the pairs.
-static void merge_rows(nmm_system *system, int n_pair) {
-    nmm_bsr *K = &system->K;
-    int next = 0, pair = 0;
-    for (int row = 0; row < K->n_row; row++) {
-        K->row_start[row] = next;
-        int base = system->base_start[row];
-        const int base_end = system->base_start[row + 1];
-        while (base < base_end || (pair < n_pair && system->pair[pair].row == row)) {
-            const bool paired = pair < n_pair && system->pair[pair].row == row;
-            const int extra = paired ? system->pair[pair].col : INT32_MAX;
-            const int own = base < base_end ? system->base_col[base] : INT32_MAX;
-            if (own <= extra) system->place[base++] = next;
-            if (extra <= own) pair += 1;
-            const int col = nmm_min_int(own, extra);
-            if (col == row) K->diagonal[row] = next;
-            K->col[next++] = col;
-        }
+// Columns of all rows into system->column, row c from row_room[c]; their counts into K.row_start.
+static nmm_status gather_columns(nmm_context *context, nmm_system *system, const nmm_model *model,
+                                 const nmm_state *state) {
+    const int n = system->K.n_row, n_thread = context->n_thread;
+    for (int c = 0; c < n; c++) {
+        system->row_room[c] = system->base_start[c] + 3 * system->contact_start[c];
     }
-    K->row_start[K->n_row] = next;
+    TRY(nmm_grow(context, &system->column, &system->column_capacity,
+                 system->base_start[n] + 3 * system->contact_start[n], sizeof(int)));
+    int *start = system->K.row_start;
+    start[0] = 0;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
+    for (int c = 0; c < n; c++) {
+        start[c + 1] =
+            columns_of_row(system, model, state, c, system->column + system->row_room[c]);
+    }
+    for (int c = 0; c < n; c++)
+        start[c + 1] += start[c];
+    return grow_matrix(context, &system->K, &system->row_capacity, start[n]);
 }
 
-// Contacts by cover, ascending, and where their blocks go.
-static void place_contacts(nmm_system *system, const nmm_model *model, const nmm_state *state) {
+// Columns of row c into K, and where the constant ones went.
+static void fill_row(nmm_system *system, int c) {
+    nmm_bsr *K = &system->K;
+    const int *column = system->column + system->row_room[c];
+    int base = system->base_start[c];
+    for (int k = K->row_start[c]; k < K->row_start[c + 1]; k++) {
+        const int col = column[k - K->row_start[c]];
+        K->col[k] = col;
+        if (col == c) K->diagonal[c] = k;
+        if (base < system->base_start[c + 1] && system->base_col[base] == col) {
+            system->place[base++] = k;
+        }
+    }
+}
+
+static void place_contacts(const nmm_context *context, nmm_system *system, const nmm_model *model,
+                           const nmm_state *state) {
     const nmm_bsr *K = &system->K;
-    const int n = K->n_row, n_contact = state->n_contact;
-    int *start = system->contact_start;
-    memset(start, 0, ((size_t)n + 1) * sizeof(int));
-    for (int k = 0; k < n_contact; k++) {
+    const int n = state->n_contact, n_thread = context->n_thread;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 1024)
+    for (int k = 0; k < n; k++) {
         int cover[6];
         covers_of_contact(model, &state->contact[k], cover);
-        system->identity[2 * k] = state->contact[k].vertex;
-        system->identity[2 * k + 1] = state->contact[k].edge;
-        for (int i = 0; i < 6; i++)
-            start[cover[i] + 1] += 1;
         for (int i = 0; i < 36; i++) {
             const int row = cover[i / 6];
             system->contact_slot[36 * (long)k + i] =
                 find_column(K->col, K->row_start[row], K->row_start[row + 1], cover[i % 6]);
         }
     }
-    for (int c = 0; c < n; c++)
-        start[c + 1] += start[c];
-    for (int k = 6 * n_contact - 1; k >= 0; k--) {
-        int cover[6];
-        covers_of_contact(model, &state->contact[k / 6], cover);
-        system->cover_contact[--start[cover[k % 6] + 1]] = k;
-    }
-    for (int c = 0; c < n; c++)
-        start[c] = start[c + 1];
-    start[n] = 6 * n_contact;
 }
 
 nmm_status nmm_system_pattern(nmm_context *context, nmm_system *system, const nmm_model *model,
                               const nmm_state *state) {
+    const int n = model->n_cover, n_thread = context->n_thread;
     system->keep_pattern = same_contacts(system, state);
     if (system->keep_pattern) return NMM_OK;
     system->n_contact = -1;
     TRY(grow_contacts(context, system, state->n_contact));
-    const int n_pair = gather_pairs(system, model, state);
-    const int n_block = system->base_start[model->n_cover] + n_pair;
-    TRY(grow_matrix(context, &system->K, &system->row_capacity, n_block));
-    merge_rows(system, n_pair);
-    place_contacts(system, model, state);
+    list_contacts(system, model, state);
+    TRY(gather_columns(context, system, model, state));
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
+    for (int c = 0; c < n; c++)
+        fill_row(system, c);
+    place_contacts(context, system, model, state);
     system->n_contact = state->n_contact;
     return NMM_OK;
 }

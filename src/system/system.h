@@ -37,13 +37,15 @@ typedef struct nmm_system {
     // Follow from the contacts.
     int *place; // [n_base] entry of K for an entry of base_col
     int n_contact, contact_capacity;
-    int row_capacity;      // blocks that K has room for
-    nmm_contact_row *row;  // [n_contact] at the last residual
-    int *identity;         // [n_contact][2] vertex, edge of the last pattern
-    int *contact_slot;     // [n_contact][6][6] entry of K
-    int *contact_start;    // [n_cover + 1]
-    int *cover_contact;    // 6 * contact + place of the cover in it, by cover
-    struct nmm_pair *pair; // [36 n_contact] scratch of the pattern
+    int row_capacity;     // blocks that K has room for
+    nmm_contact_row *row; // [n_contact] at the last residual
+    int *identity;        // [n_contact][2] vertex, edge of the last pattern
+    int *contact_slot;    // [n_contact][6][6] entry of K
+    int *contact_start;   // [n_cover + 1]
+    int *cover_contact;   // 6 * contact + place of the cover in it, by cover
+    int column_capacity;
+    int *column;   // scratch: columns of all rows, row c from row_room[c]
+    int *row_room; // [n_cover]
 
     // Of the pass.
     double *piola;            // [n_element][4] Pa
