@@ -3,7 +3,8 @@
 
 include(CMakePackageConfigHelpers)
 
-install(TARGETS nmm nmm_library EXPORT nmm_targets)
+install(TARGETS nmm)
+install(TARGETS nmm_library EXPORT nmm_targets)
 install(FILES ${PROJECT_SOURCE_DIR}/include/nmm/nmm.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/nmm)
 install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
   ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
@@ -17,6 +18,12 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/nmmConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/nmmConfigVersion.cmake DESTINATION ${package_folder})
 
+# Every path is relative to the file itself, so that the installed folder may be moved.
+file(RELATIVE_PATH nmm_prefix_from_pc
+  ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+file(RELATIVE_PATH nmm_include_from_prefix
+  ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+file(RELATIVE_PATH nmm_library_from_prefix ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_LIBDIR})
 configure_file(${PROJECT_SOURCE_DIR}/cmake/nmm.pc.in ${PROJECT_BINARY_DIR}/nmm.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/nmm.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 

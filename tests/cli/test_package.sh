@@ -25,6 +25,6 @@ mv "$place/first" "$place/nmm"
 PKG_CONFIG_PATH=$(dirname "$(find "$place/nmm" -name nmm.pc)")
 export PKG_CONFIG_PATH
 "$compiler" "$here/consumer/consumer.c" -o "$place/other" \
-    $(pkg-config --define-prefix --cflags --libs nmm)
-LD_LIBRARY_PATH=$(pkg-config --define-prefix --variable=libdir nmm) "$place/other" \
+    $(pkg-config --cflags --libs nmm)
+LD_LIBRARY_PATH=$(pkg-config --variable=libdir nmm) "$place/other" \
     "$here/consumer/fall.yaml"
