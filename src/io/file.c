@@ -82,7 +82,7 @@ static nmm_status read_times(nmm_file *file, nmm_h5 *h5) {
         return nmm_h5_fail_read(h5, NMM_GRID "/Steps", "NSteps does not fit");
     TRY(nmm_arena_take(&file->context, &file->arena, &file->time, (size_t)file->n_frame,
                        sizeof *file->time));
-    TRY(nmm_h5_get(h5, name, H5T_NATIVE_DOUBLE, 0, 0, file->n_frame, file->time));
+    TRY(nmm_h5_get(h5, name, H5T_NATIVE_DOUBLE, 0, (const long[2]){0, file->n_frame}, file->time));
     for (int k = 0; k < file->n_frame; k++) {
         if (!isfinite(file->time[k]) || (k > 0 && file->time[k] < file->time[k - 1]))
             return nmm_h5_fail_read(h5, name, "times do not rise");

@@ -14,7 +14,7 @@ static nmm_status find_row(nmm_h5 *h5, const char *grid, const char *field, int 
     int64_t first = -1;
     nmm_join(steps, grid, "Steps");
     nmm_join(path, steps, field);
-    TRY(nmm_h5_get(h5, path, H5T_NATIVE_INT64, 0, k, 1, &first));
+    TRY(nmm_h5_get(h5, path, H5T_NATIVE_INT64, 0, (const long[2]){k, 1}, &first));
     if (first < 0 || first > INT64_MAX / 64) return nmm_h5_fail_read(h5, path, "negative offset");
     *row = (long)first;
     return NMM_OK;
@@ -36,7 +36,7 @@ static nmm_status read_field(nmm_file *file, nmm_h5 *h5, const char *name, const
     TRY(find_row(h5, NMM_GRID, offsets, k, &row));
     TRY(nmm_allocate(&file->context, field, (size_t)n * (size_t)width, sizeof **field));
     nmm_join(path, NMM_GRID, name);
-    TRY(nmm_h5_get(h5, path, H5T_NATIVE_DOUBLE, width, row, n, *field));
+    TRY(nmm_h5_get(h5, path, H5T_NATIVE_DOUBLE, width, (const long[2]){row, n}, *field));
     if (!all_finite((long)n * width, *field))
         return nmm_h5_fail_read(h5, path, "a value is no number");
     // Vectors lose their z.
@@ -82,7 +82,7 @@ static nmm_status read_member(nmm_h5 *h5, const contact_part *member, const long
     const size_t size = member->whole ? sizeof(int) : sizeof(double);
     const size_t stride = member->width == 3 ? 3 * size : size;
     const size_t keep = member->width == 3 ? 2 * size : size;
-    TRY(nmm_h5_get(h5, member->name, memory, member->width, range[0], range[1], scratch));
+    TRY(nmm_h5_get(h5, member->name, memory, member->width, range, scratch));
     if (!member->whole && !all_finite(range[1] * (member->width == 3 ? 3 : 1), scratch))
         return nmm_h5_fail_read(h5, member->name, "a value is no number");
     for (long i = 0; i < range[1]; i++) {
@@ -114,7 +114,8 @@ static nmm_status read_contacts(nmm_file *file, nmm_h5 *h5, nmm_file_frame *fram
     int64_t n = 0;
     TRY(find_row(h5, NMM_CONTACTS, "PointOffsets", frame->index, &row));
     TRY(nmm_h5_rows(h5, NMM_CONTACTS "/Points", 3, &total));
-    TRY(nmm_h5_get(h5, NMM_CONTACTS "/NumberOfPoints", H5T_NATIVE_INT64, 0, frame->index, 1, &n));
+    TRY(nmm_h5_get(h5, NMM_CONTACTS "/NumberOfPoints", H5T_NATIVE_INT64, 0,
+                   (const long[2]){frame->index, 1}, &n));
     if (n < 0 || row > total || n > total - row)
         return nmm_h5_fail_read(h5, NMM_CONTACTS "/NumberOfPoints", "does not fit");
     frame->has_contact = true;

@@ -15,7 +15,7 @@ static nmm_status read_points(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g) 
     const char *name = NMM_GRID "/Points";
     double *place = NULL;
     TRY(take(file, &place, (size_t)g->n_point * 3, sizeof *place));
-    TRY(nmm_h5_get(h5, name, H5T_NATIVE_DOUBLE, 3, 0, g->n_point, place));
+    TRY(nmm_h5_get(h5, name, H5T_NATIVE_DOUBLE, 3, (const long[2]){0, g->n_point}, place));
     for (long p = 0; p < g->n_point; p++) {
         if (!isfinite(place[3 * p]) || !isfinite(place[3 * p + 1]))
             return nmm_h5_fail_read(h5, name, "a place is no number");
@@ -26,13 +26,13 @@ static nmm_status read_points(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g) 
     return NMM_OK;
 }
 
-// Whole numbers of a dataset, all of them low <= x < high.
-static nmm_status read_indices(nmm_file *file, nmm_h5 *h5, const char *name, long n, int low,
-                               int high, int **index) {
+// Whole numbers of a dataset, all of them 0 <= x < high.
+static nmm_status read_indices(nmm_file *file, nmm_h5 *h5, const char *name, long n, int high,
+                               int **index) {
     TRY(take(file, index, (size_t)n, sizeof **index));
-    TRY(nmm_h5_get(h5, name, H5T_NATIVE_INT, 0, 0, n, *index));
+    TRY(nmm_h5_get(h5, name, H5T_NATIVE_INT, 0, (const long[2]){0, n}, *index));
     for (long i = 0; i < n; i++) {
-        if ((*index)[i] < low || (*index)[i] >= high)
+        if ((*index)[i] < 0 || (*index)[i] >= high)
             return nmm_h5_fail_read(h5, name, "an index is out of range");
     }
     return NMM_OK;
@@ -40,11 +40,11 @@ static nmm_status read_indices(nmm_file *file, nmm_h5 *h5, const char *name, lon
 
 static nmm_status read_cells(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g) {
     const int n = g->n_element;
-    TRY(read_indices(file, h5, NMM_GRID "/Offsets", n + 1, 0, g->n_corner + 1, &g->element_start));
-    TRY(read_indices(file, h5, NMM_GRID "/Connectivity", g->n_corner, 0, g->n_point,
+    TRY(read_indices(file, h5, NMM_GRID "/Offsets", n + 1, g->n_corner + 1, &g->element_start));
+    TRY(read_indices(file, h5, NMM_GRID "/Connectivity", g->n_corner, g->n_point,
                      &g->corner_point));
-    TRY(read_indices(file, h5, NMM_GRID "/CellData/block_id", n, 0, n, &g->element_block));
-    TRY(read_indices(file, h5, NMM_GRID "/CellData/material", n, 0, n + (1 << 16),
+    TRY(read_indices(file, h5, NMM_GRID "/CellData/block_id", n, n, &g->element_block));
+    TRY(read_indices(file, h5, NMM_GRID "/CellData/material", n, n + (1 << 16),
                      &g->element_material));
     bool rises = g->element_start[0] == 0 && g->element_start[n] == g->n_corner;
     for (int e = 0; e < n; e++) {
@@ -65,7 +65,7 @@ static nmm_status read_outline(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g)
     TRY(take(file, &g->edge_block, (size_t)rows, sizeof *g->edge_block));
     TRY(take(file, &g->edge_interface, (size_t)rows, sizeof *g->edge_interface));
     TRY(take(file, &g->edge_mate, (size_t)rows, sizeof *g->edge_mate));
-    TRY(nmm_h5_get(h5, name, H5T_NATIVE_INT, 5, 0, rows, row));
+    TRY(nmm_h5_get(h5, name, H5T_NATIVE_INT, 5, (const long[2]){0, rows}, row));
     for (long i = 0; i < rows; i++) {
         const int *r = row + 5 * i;
         const bool inside = r[0] >= 0 && r[0] < g->n_point && r[1] >= 0 && r[1] < g->n_point &&

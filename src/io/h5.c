@@ -158,7 +158,7 @@ nmm_status nmm_h5_open(nmm_h5 *h5, nmm_h5_mode mode) {
 
 nmm_status nmm_h5_reserve(nmm_h5 *h5, size_t bytes) {
     NMM_ASSERT(h5->file == 0);
-    struct stat about;
+    struct stat about = {0};
     const int descriptor = open(h5->path, O_WRONLY | O_CLOEXEC);
     int error = descriptor < 0 || fstat(descriptor, &about) != 0 ? errno : 0;
     if (error == 0) {

@@ -124,8 +124,9 @@ bool nmm_h5_exists(nmm_h5 *h5, const char *name);
 nmm_status nmm_h5_dataset_open(nmm_h5 *h5, const char *name, hid_t *dataset);
 /// Rows of a dataset whose rows must have `width` numbers (0: rank 1).
 nmm_status nmm_h5_rows(nmm_h5 *h5, const char *name, int width, long *rows);
-/// Rows first .. first + n - 1; NMM_ERROR_INPUT when they are not there or are no numbers.
-nmm_status nmm_h5_get(nmm_h5 *h5, const char *name, hid_t memory, int width, long first, long n,
+/// Rows range[0] .. range[0] + range[1] - 1; NMM_ERROR_INPUT when they are not there or are no
+/// numbers.
+nmm_status nmm_h5_get(nmm_h5 *h5, const char *name, hid_t memory, int width, const long range[2],
                       void *data);
 /// Rows of a table of records.
 nmm_status nmm_h5_record_rows(nmm_h5 *h5, const char *name, long *rows);

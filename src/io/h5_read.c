@@ -86,8 +86,9 @@ static nmm_status read_rows(nmm_h5 *h5, const char *name, hid_t dataset, hid_t m
     return status;
 }
 
-nmm_status nmm_h5_get(nmm_h5 *h5, const char *name, hid_t memory, int width, long first, long n,
+nmm_status nmm_h5_get(nmm_h5 *h5, const char *name, hid_t memory, int width, const long range[2],
                       void *data) {
+    const long first = range[0], n = range[1];
     hid_t dataset = H5I_INVALID_HID;
     TRY(nmm_h5_dataset_open(h5, name, &dataset));
     const long rows = count_rows(dataset, width);
@@ -100,8 +101,8 @@ nmm_status nmm_h5_get(nmm_h5 *h5, const char *name, hid_t memory, int width, lon
     } else if (first < 0 || n < 0 || first > rows - n) {
         status = nmm_h5_fail_read(h5, name, "too few rows");
     } else if (n > 0) {
-        const hsize_t range[3] = {(hsize_t)first, (hsize_t)n, (hsize_t)width};
-        status = read_rows(h5, name, dataset, memory, range, data);
+        const hsize_t place[3] = {(hsize_t)first, (hsize_t)n, (hsize_t)width};
+        status = read_rows(h5, name, dataset, memory, place, data);
     }
     H5Dclose(dataset);
     return status;

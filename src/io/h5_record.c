@@ -157,7 +157,8 @@ nmm_status nmm_h5_record_get(nmm_h5 *h5, const char *name, const nmm_h5_record *
     double *value = NULL;
     if (width == 0) return nmm_h5_fail_read(h5, name, "no table with named columns");
     TRY(nmm_allocate(h5->context, &value, (size_t)n * (size_t)width, sizeof *value));
-    nmm_status status = nmm_h5_get(h5, name, H5T_NATIVE_DOUBLE, width, first, n, value);
+    nmm_status status =
+        nmm_h5_get(h5, name, H5T_NATIVE_DOUBLE, width, (const long[2]){first, n}, value);
     for (int i = 0; status == NMM_OK && i < record->n; i++) {
         const int k = find_name(width, text, record->column[i].name);
         bool fits = true;

@@ -120,24 +120,27 @@ static nmm_status find_edge_states(nmm_picture *picture) {
 // --- Titles
 // --------------------------------------------------------------------------------------
 
+// Bytes of the character at `c`; 0: none that may be shown, or no UTF-8.
+static int character_size(const unsigned char *c) {
+    if (c[0] < 0x80) return c[0] >= ' ' ? 1 : 0;
+    const int size = c[0] >= 0xf0 ? 4 : c[0] >= 0xe0 ? 3 : 2;
+    if (c[0] < 0xc2 || c[0] > 0xf4) return 0;
+    for (int i = 1; i < size; i++) {
+        if ((c[i] & 0xc0) != 0x80) return 0;
+    }
+    // Overlong forms, surrogates, beyond the last code point.
+    const unsigned start = (unsigned)c[0] << 8 | c[1];
+    const bool wrong = (start >= 0xe000 && start < 0xe0a0) || (start >= 0xeda0 && start < 0xee00) ||
+                       (start >= 0xf000 && start < 0xf090) || start >= 0xf490;
+    return wrong ? 0 : size;
+}
+
 // Cairo refuses text that is not UTF-8: other bytes become question marks.
 static void clean_text(char *text) {
     for (unsigned char *c = (unsigned char *)text; *c != 0;) {
-        const int more = *c < 0x80                 ? 0
-                         : *c >= 0xc2 && *c < 0xe0 ? 1
-                         : *c >= 0xe0 && *c < 0xf0 ? 2
-                         : *c >= 0xf0 && *c < 0xf5 ? 3
-                                                   : -1;
-        bool valid = more >= 0 && (*c >= ' ');
-        for (int i = 1; valid && i <= more; i++)
-            valid = (c[i] & 0xc0) == 0x80;
-        // Overlong and surrogate forms.
-        if (valid && more == 2)
-            valid = !(*c == 0xe0 && c[1] < 0xa0) && !(*c == 0xed && c[1] > 0x9f);
-        if (valid && more == 3)
-            valid = !(*c == 0xf0 && c[1] < 0x90) && !(*c == 0xf4 && c[1] > 0x8f);
-        if (!valid) *c = '?';
-        c += valid ? more + 1 : 1;
+        const int size = character_size(c);
+        if (size == 0) *c = '?';
+        c += size > 0 ? size : 1;
     }
 }
 

@@ -102,7 +102,8 @@ static double mean_length(const nmm_file_geometry *g, int e, const double *vecto
 
 static double value_of(const nmm_file_frame *frame, const nmm_file_geometry *g, quantity kind,
                        int e) {
-    const double *s = frame->stress != NULL ? frame->stress + 6 * (long)e : NULL;
+    static const double none[6];
+    const double *s = frame->stress != NULL ? frame->stress + 6 * (long)e : none;
     switch (kind) {
     case MEAN_STRESS:
         return (s[0] + s[1]) / 2;
