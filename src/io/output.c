@@ -158,6 +158,7 @@ static nmm_status gather_row(nmm_output *output, nmm_sim *sim, const nmm_step_re
     }
     output->ledger[n] = *report;
     output->n_ledger = n + 1;
+    output->ledger_step = report->step;
     return NMM_OK;
 }
 
@@ -234,6 +235,7 @@ static nmm_status start(nmm_output *output, nmm_sim *sim, const char *path) {
     const int width = nmm_max_int(3 * m->n_point, 6 * m->n_element);
     TRY(nmm_allocate(&output->context, &output->row, (size_t)width, sizeof *output->row));
     TRY(take_lock(output));
+    output->ledger_step = sim->state.step;
     is_due(output, sim->state.time);
     return write_first(output, sim);
 }
@@ -269,6 +271,8 @@ nmm_status nmm_output_create(nmm_output **output, nmm_sim *sim, const char *path
 
 nmm_status nmm_output_step(nmm_output *output, nmm_sim *sim, const nmm_step_report *report) {
     if (output->context.error.status != NMM_OK) return output->context.error.status;
+    // A try that was given up is no step.
+    if (report->step <= output->ledger_step) return NMM_OK;
     TRY(gather_row(output, sim, report));
     const bool frame = is_due(output, sim->state.time);
     const double before = nmm_clock();

@@ -48,6 +48,7 @@ struct nmm_output {
     double every;       // [s] between frames; 0: each step
     double due;         // multiples of `every` passed so far
     int n_frame;        // whole frames in the file
+    long ledger_step;   // step of the newest row of ledger and monitors
     long frame_step;    // step of the newest frame
     long contact_row;   // where the contacts of the next frame start
     long contact_cell;  // contacts written so far

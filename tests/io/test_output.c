@@ -236,6 +236,30 @@ static void test_not_finite(void **state) {
     fixture_destroy(&f);
 }
 
+// A report of a step that was given up adds nothing.
+static void test_step_given_up(void **state) {
+    (void)state;
+    char path[512];
+    fixture f;
+    nmm_output *output = NULL;
+    nmm_step_report report;
+    fixture_create(&f, 2, 2);
+    f.sim->settings.output_every = 0;
+    assert_int_equal(nmm_output_create(&output, f.sim, fixture_path(path, "up.vtkhdf")), NMM_OK);
+    fixture_step(&f, 0.01, &report);
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(nmm_output_step(output, f.sim, &report), NMM_OK);
+    f.sim->summary.end = NMM_END_STEP_TOO_SMALL;
+    assert_int_equal(nmm_output_finish(output, f.sim), NMM_OK);
+    nmm_output_destroy(output);
+    fixture_destroy(&f);
+    nmm_file *file = NULL;
+    assert_int_equal(nmm_file_open(&file, path), NMM_OK);
+    assert_int_equal(nmm_file_frames(file), 2);
+    assert_string_equal(nmm_file_state(file), "step_too_small");
+    nmm_file_close(file);
+}
+
 // Equal runs give equal datasets, however often rows were flushed; nothing is left beside.
 static void test_nothing_left(void **state) {
     (void)state;
@@ -256,10 +280,11 @@ static int clean(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip), cmocka_unit_test(test_fields),
-        cmocka_unit_test(test_contacts),   cmocka_unit_test(test_supports_and_monitors),
-        cmocka_unit_test(test_cadence),    cmocka_unit_test(test_fields_not_asked),
-        cmocka_unit_test(test_not_finite), cmocka_unit_test(test_nothing_left),
+        cmocka_unit_test(test_round_trip),    cmocka_unit_test(test_fields),
+        cmocka_unit_test(test_contacts),      cmocka_unit_test(test_supports_and_monitors),
+        cmocka_unit_test(test_cadence),       cmocka_unit_test(test_fields_not_asked),
+        cmocka_unit_test(test_not_finite),    cmocka_unit_test(test_nothing_left),
+        cmocka_unit_test(test_step_given_up),
     };
     return cmocka_run_group_tests(tests, NULL, clean);
 }
