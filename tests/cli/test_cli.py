@@ -6,6 +6,7 @@ Usage: test_cli.py PROGRAM [unittest arguments]
 """
 
 import json
+import math
 import os
 import pty
 import re
@@ -305,6 +306,22 @@ joints:
         self.expect(4, "plot", "fall.vtkhdf", "-o", "none/a.png", err="none/a.png")
         self.expect(0, "export", "fall.vtkhdf", "--vtu", "out", out="6 frames")
         self.assertEqual(len([n for n in os.listdir(self.at("out")) if n.endswith(".vtu")]), 6)
+
+
+class Readme(Case):
+    """The scene that the README shows."""
+
+    def test_scene(self):
+        readme = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "README.md")
+        with open(readme, encoding="utf-8") as file:
+            self.write("block.yaml", file.read().split("```yaml\n")[1].split("```")[0])
+        result = strict_json(self.expect(0, "run", "block.yaml", "--json", "--set",
+                                         "time.end=0.2")[0])
+        # Sliding down 30 degrees with 20 degrees of friction.
+        speed = -result["monitors"]["middle"]["velocity"][1] / math.sin(math.radians(30))
+        slope, friction = math.radians(30), math.tan(math.radians(20))
+        wanted = 9.81 * (math.sin(slope) - math.cos(slope) * friction) * 0.2
+        self.assertAlmostEqual(speed, wanted, delta=0.02 * wanted)
 
 
 class Endings(Case):
