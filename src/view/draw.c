@@ -188,7 +188,7 @@ static void draw_axes(const nmm_picture *picture) {
     const nmm_text_style label = {.size = 26 * u, .across = 0, .up = 2};
     nmm_draw_text(cairo, plot.x + plot.width / 2, bottom + 44 * u, "x [m]", label);
     const nmm_text_style side = {.size = 26 * u, .across = 0, .up = 0, .upright = true};
-    nmm_draw_text(cairo, plot.x - 24 * u - widest, plot.y + plot.height / 2, "y [m]", side);
+    nmm_draw_text(cairo, plot.x - 30 * u - widest, plot.y + plot.height / 2, "y [m]", side);
 }
 
 // --- Colour bar
