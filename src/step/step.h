@@ -11,10 +11,14 @@
 #include "solve.h"
 #include "system.h"
 
+/// Work of the unbalanced forces along a correction, at its end over that at its beginning, which
+/// may be left.
+#define NMM_OVERSHOOT 0.3
+
 /// Limits of one step.
 enum {
     NMM_MAX_PASS = 40,  // open-close passes of one try
-    NMM_MAX_FLIP = 24,  // of them with contacts still changing mode
+    NMM_MAX_LOOK = 8,   // looks along one correction
     NMM_MAX_RAISE = 30, // times carried forces are raised in one try
 };
 

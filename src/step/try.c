@@ -64,8 +64,11 @@ static double unbalance_allowed(const nmm_sim *sim, double h) {
         const double *d = sim->state.displacement + 2 * (long)c;
         const double *v = sim->start_velocity + 2 * (long)c;
         const double inertia = 2 * sim->system.cover_mass[c] / h;
-        const double x = block[0] * (fabs(d[0]) + h * fabs(v[0])) + inertia * fabs(v[0]);
-        const double y = block[3] * (fabs(d[1]) + h * fabs(v[1])) + inertia * fabs(v[1]);
+        // The first guess of the step's move, where it can be meant.
+        const double mx = nmm_min(h * fabs(v[0]), sim->allowed_now);
+        const double my = nmm_min(h * fabs(v[1]), sim->allowed_now);
+        const double x = block[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);
+        const double y = block[3] * (fabs(d[1]) + my) + inertia * fabs(v[1]);
         sum += x * x + y * y;
     }
     // A gap is a difference of places.
@@ -131,9 +134,9 @@ static nmm_status solve_pass(nmm_sim *sim, double h, int pass, nmm_solve_report 
     return NMM_OK;
 }
 
-static void apply_change(nmm_sim *sim) {
+static void apply_change(nmm_sim *sim, double part) {
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
-        sim->moved[i] += sim->system.change[i];
+        sim->moved[i] += part * sim->system.change[i];
         sim->state.displacement[i] = sim->start_displacement[i] + sim->moved[i];
     }
 }
@@ -154,25 +157,23 @@ static double largest_move(const nmm_sim *sim) {
 // --- When is it settled?
 // ------------------------------------------------------------------------------
 
-static bool forces_balance(const nmm_sim *sim, double h) {
+static double unbalance(const nmm_sim *sim) {
     const double *r = sim->system.residual;
-    const double norm = sqrt(nmm_sum_product(2 * sim->model.n_cover, r, r, sim->context.n_thread));
-    return norm <= unbalance_allowed(sim, h);
+    return sqrt(nmm_sum_product(2 * sim->model.n_cover, r, r, sim->context.n_thread));
 }
 
 static int count_flips(const nmm_contact_verdict *verdict) {
     return verdict->n_opened + verdict->n_closed + verdict->n_slipped + verdict->n_stuck;
 }
 
-// The last passes went twice through the same modes, with a change between.
-static bool runs_in_circles(const uint64_t *modes, int n) {
-    for (int period = 2; period <= 4 && 3 * period <= n; period++) {
-        bool same = modes[n - 1] != modes[n - 2];
-        for (int k = 1; k <= 2 * period && same; k++)
-            same = modes[n - k] == modes[n - k - period];
-        if (same) return true;
-    }
-    return false;
+// Eight passes that hardly gained on those before: more will not help.
+static bool stagnates(const double *unbalance_of, int n) {
+    double before = INFINITY, last = INFINITY;
+    for (int k = 0; k < n - 8; k++)
+        before = nmm_min(before, unbalance_of[k]);
+    for (int k = nmm_max_int(0, n - 8); k < n; k++)
+        last = nmm_min(last, unbalance_of[k]);
+    return n >= 16 && !(last < 0.5 * before);
 }
 
 // Mean distance of each group of supports from its place, weighted by length.
@@ -260,7 +261,7 @@ static const char *name_of_end(nmm_solve_end end) {
 
 // What the passes of one try remember.
 typedef struct passes {
-    uint64_t modes[NMM_MAX_PASS];
+    double unbalance[NMM_MAX_PASS + 1]; // [N] after pass k
     int n, raised;
     nmm_contact_verdict verdict;
 } passes;
@@ -268,10 +269,12 @@ typedef struct passes {
 // What to do after a residual.
 typedef enum judgement { SOLVE_ON, LOOK_AGAIN, TRY_ENDED } judgement;
 
+// Forces are those of the law at the places where the covers are, and the law has no jumps: where
+// they balance, the step is settled, whatever the last pass did to the modes.
 static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
+    p->unbalance[p->n] = unbalance(sim);
     if (p->n == 0) return SOLVE_ON;
-    const bool quiet = count_flips(&p->verdict) == 0;
-    if (quiet && forces_balance(sim, step->h)) {
+    if (p->unbalance[p->n] <= unbalance_allowed(sim, step->h)) {
         *outcome = NMM_TRY_SETTLED;
         const bool broke = nmm_contact_break(&sim->model, &sim->state) > 0;
         if (!broke && p->raised >= NMM_MAX_RAISE) return TRY_ENDED;
@@ -280,23 +283,66 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
         p->n = 1; // the count of passes is for one set of bonds and carried forces
         return LOOK_AGAIN;
     }
-    const bool circles = runs_in_circles(p->modes, p->n);
-    if (!quiet && (p->n >= NMM_MAX_FLIP || circles)) {
-        say_why(sim, &p->verdict,
-                circles ? "contacts change mode in circles" : "contacts keep changing mode");
-        *outcome = NMM_TRY_FLIPS;
-        return TRY_ENDED;
-    }
-    if (p->n < NMM_MAX_PASS) return SOLVE_ON;
-    say_why(sim, &p->verdict, "forces do not balance");
-    *outcome = NMM_TRY_FORCES;
+    if (p->n < NMM_MAX_PASS && !stagnates(p->unbalance + 1, p->n)) return SOLVE_ON;
+    const bool quiet = count_flips(&p->verdict) == 0;
+    say_why(sim, &p->verdict, quiet ? "forces do not balance" : "contacts keep changing mode");
+    *outcome = quiet ? NMM_TRY_FORCES : NMM_TRY_FLIPS;
     return TRY_ENDED;
 }
 
-// One linear solve, applied. *outcome says when it missed its tolerance or went too far.
-static nmm_status correct(nmm_sim *sim, passes *p, double h, nmm_try *outcome) {
+// --- Line search
+// -----------------------------------------------------------------------------------------
+
+// Work of the unbalanced forces along the change: falls from positive through zero where they
+// balance best.
+static double work_along(const nmm_sim *sim) {
+    return nmm_sum_product(2 * sim->model.n_cover, sim->system.change, sim->system.residual,
+                           sim->context.n_thread);
+}
+
+// Go a further part of the change; contacts, residual and work there.
+static double go_further(nmm_sim *sim, passes *p, const nmm_step_state *step, double part) {
+    apply_change(sim, part);
+    p->verdict = evaluate_contacts(sim);
+    nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
+    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step);
+    nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
+    return work_along(sim);
+}
+
+// Go along the change. A contact force has a corner where it sets in, so that the whole change may
+// lead far beyond the balance and the next one as far back, for ever. Where the forces at its end
+// point back by more than a part of what they were, the balance is between: false position, where
+// an end that stays counts half (the Illinois rule).
+static void go_along(nmm_sim *sim, passes *p, const nmm_step_state *step) {
+    const double enough = NMM_OVERSHOOT * work_along(sim);
+    double low = 0, low_work = enough / NMM_OVERSHOOT, high = 1;
+    double work = go_further(sim, p, step, 1), high_work = work, at = 1, last = work;
+    if (sim->search == NULL || work >= -enough) return;
+    for (int k = 0; k < NMM_MAX_LOOK && fabs(work) > enough; k++) {
+        const double share = nmm_max(0.05, nmm_min(0.95, low_work / (low_work - high_work)));
+        const double next = low + share * (high - low);
+        work = go_further(sim, p, step, next - at);
+        at = next;
+        if (work > 0) {
+            low = at, low_work = work;
+            if (last > 0) high_work *= 0.5;
+        } else {
+            high = at, high_work = work;
+            if (last <= 0) low_work *= 0.5;
+        }
+        last = work;
+    }
+}
+
+// --- The loop
+// --------------------------------------------------------------------------------------------
+
+// One linear solve, applied; leaves the residual there. *outcome says when the solve missed its
+// tolerance or the step went too far.
+static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
     nmm_solve_report solved = {0};
-    TRY(solve_pass(sim, h, p->n, &solved));
+    TRY(solve_pass(sim, step->h, p->n, &solved));
     if (solved.end != NMM_SOLVE_CONVERGED) {
         snprintf(sim->report.reason, sizeof sim->report.reason,
                  "the solver %s (%d iterations, relative residual %.2g)", name_of_end(solved.end),
@@ -304,15 +350,21 @@ static nmm_status correct(nmm_sim *sim, passes *p, double h, nmm_try *outcome) {
         *outcome = NMM_TRY_SOLVER;
         return NMM_OK;
     }
-    apply_change(sim);
-    p->verdict = evaluate_contacts(sim);
-    p->modes[p->n++] = p->verdict.modes;
+    go_along(sim, p, step);
+    p->n += 1;
     sim->report.passes += 1;
     sim->summary.open_close_iterations += 1;
     sim->report.move = largest_move(sim);
     // Far beyond what is allowed: no need to settle first.
     if (sim->report.move > 2) *outcome = NMM_TRY_MOVED;
     return NMM_OK;
+}
+
+static void look_again(nmm_sim *sim, passes *p, const nmm_step_state *step) {
+    p->verdict = evaluate_contacts(sim);
+    nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
+    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step);
+    nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
 }
 
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
@@ -323,15 +375,12 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     restore_start(sim);
     begin_move(sim, step.end);
     nmm_system_load(&sim->system, &sim->model, step.end);
-    evaluate_contacts(sim);
+    look_again(sim, &p, &step);
     while (*outcome == NMM_TRY_SETTLED) {
-        nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
-        nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step);
         const judgement judged = judge_pass(sim, &p, &step, outcome);
-        nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
         if (judged == TRY_ENDED) return NMM_OK;
-        if (judged == LOOK_AGAIN) p.verdict = evaluate_contacts(sim);
-        if (judged == SOLVE_ON) TRY(correct(sim, &p, h, outcome));
+        if (judged == LOOK_AGAIN) look_again(sim, &p, &step);
+        if (judged == SOLVE_ON) TRY(correct(sim, &p, &step, outcome));
     }
     return NMM_OK;
 }
