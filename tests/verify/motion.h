@@ -13,7 +13,8 @@
 /// u(X), X in the coordinates of the scene.
 typedef nmm_vec2 (*motion_field)(nmm_vec2 X);
 
-static inline void motion_give(nmm_sim *sim, motion_field field) {
+/// Each support point goes to u(X) on a straight line until time `ramp`; 0: at once.
+static inline void motion_give(nmm_sim *sim, motion_field field, double ramp) {
     nmm_model *model = &sim->model;
     const size_t n = (size_t)model->n_support;
     nmm_history *history = NULL;
@@ -21,19 +22,33 @@ static inline void motion_give(nmm_sim *sim, motion_field field) {
     for (size_t k = 0; k < n; k++) {
         nmm_support *support = &model->support[k];
         const nmm_vec2 u = field(nmm_vec2_add(support->place, model->origin));
-        history[k] = (nmm_history){.n = 1, .width = 2};
+        const double entry[6] = {0, 0, 0, ramp, u.x, u.y};
+        history[k] = (nmm_history){.n = ramp > 0 ? 2 : 1, .width = 2};
         assert_int_equal(
-            nmm_arena_take(&sim->context, &model->arena, &history[k].entry, 3, sizeof(double)),
+            nmm_arena_take(&sim->context, &model->arena, &history[k].entry, 6, sizeof(double)),
             NMM_OK);
-        history[k].entry[0] = 0;
-        history[k].entry[1] = u.x;
-        history[k].entry[2] = u.y;
+        memcpy(history[k].entry, ramp > 0 ? entry : entry + 3, (ramp > 0 ? 6 : 3) * sizeof(double));
         support->history = (int)k;
     }
     // Loads of these scenes are constant: no other history is in use.
     nmm_release(&sim->context, &model->history);
     model->history = history;
     model->n_history = (int)n;
+}
+
+/// Holds each support point by itself, by stiffer springs: enough for linear displacements. By
+/// default points of a line are held in the mean of groups.
+static inline void motion_hold_each(nmm_sim *sim) {
+    nmm_model *model = &sim->model;
+    model->n_support_group = model->n_support;
+    for (int k = 0; k < model->n_support; k++) {
+        model->support[k].group = k;
+        model->support[k].stiffness *= 1000;
+    }
+    nmm_release(&sim->context, &sim->group_error);
+    assert_int_equal(nmm_allocate(&sim->context, &sim->group_error, (size_t)model->n_support,
+                                  sizeof *sim->group_error),
+                     NMM_OK);
 }
 
 #endif
