@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+//
+// What ends a step and a run: no unconverged solve is accepted, the floor of dt, the last good
+// state, methods that agree, nothing allocated in a steady loop, nothing of contact where nothing
+// can meet.
+
+#include "scenes.h"
+#include "test.h"
+
+static void test_solver_that_fails_is_never_accepted(void **unused) {
+    (void)unused;
+    const char *const changes[] = {"solver.max_iterations=1", "time.dt_min=1e-5"};
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 2, changes);
+    const nmm_step_report report = take_steps(sim, 1);
+    assert_int_equal(report.end, NMM_END_SOLVER_FAILED);
+    assert_int_equal(report.step, 0);
+    assert_true(report.cuts > 2);
+    assert_non_null(strstr(report.reason, "dt_min"));
+    assert_non_null(strstr(report.reason, "did not converge"));
+    nmm_summary summary;
+    nmm_sim_summary(sim, &summary);
+    assert_int_equal(summary.end, NMM_END_SOLVER_FAILED);
+    assert_true(summary.failed > 2);
+    // Displacements as before; a further call does nothing.
+    for (int i = 0; i < 2 * sim->model.n_cover; i++)
+        assert_true(sim->state.displacement[i] == 0);
+    assert_true(sim->state.time == 0);
+    assert_int_equal(take_steps(sim, 1).end, NMM_END_SOLVER_FAILED);
+    nmm_sim_destroy(sim);
+}
+
+static void test_plain_jacobi_cuts_the_step(void **unused) {
+    (void)unused;
+    // Closed contacts raise lambda_max of D^-1 K far above 2: the plain form diverges, and the step
+    // is shortened until the floor (docs/theory/6-solve.md). The damped form goes through.
+    const char *const plain[] = {"solver.method=jacobi", "solver.damping=1", "contact.penalty=2000",
+                                 "time.dt_min=1e-6"};
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 4, plain);
+    const nmm_step_report report = take_steps(sim, 2000);
+    assert_int_equal(report.end, NMM_END_SOLVER_FAILED);
+    assert_non_null(strstr(report.reason, "diverged"));
+    nmm_sim_destroy(sim);
+    const char *const damped[] = {"solver.method=jacobi", "time.end=0.02"};
+    sim = open_scene(SCENE_BLOCK_ON_BASE, 2, damped);
+    assert_int_equal(take_steps(sim, 400).end, NMM_END_COMPLETED);
+    nmm_sim_destroy(sim);
+}
+
+static void test_methods_agree(void **unused) {
+    (void)unused;
+    const char *const method[] = {"solver.method=pcg", "solver.method=jacobi", "solver.method=sor",
+                                  "solver.method=gauss-seidel"};
+    double fallen[4];
+    for (int k = 0; k < 4; k++) {
+        const char *const changes[] = {method[k], "time.end=0.02", "solver.tolerance=1e-10"};
+        nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 3, changes);
+        assert_int_equal(take_steps(sim, 100).end, NMM_END_COMPLETED);
+        fallen[k] = sim->state.displacement[2 * sim->model.n_cover - 1];
+        nmm_sim_destroy(sim);
+        assert_true(fallen[0] != 0);
+        assert_close(fallen[k], fallen[0], 1e-4);
+    }
+}
+
+static void test_largest_move(void **unused) {
+    (void)unused;
+    const char *const changes[] = {"time.max_move=1e-4", "time.dt=0.01", "time.end=0.5"};
+    nmm_sim *sim = open_scene(SCENE_FALL, 3, changes);
+    nmm_step_report report = {0};
+    double last = 0;
+    while (report.end == NMM_END_RUNNING) {
+        report = take_steps(sim, 1);
+        // Half the larger side is 1 m: no step may move further than 1e-4 m.
+        const double y = sim->state.displacement[1];
+        assert_true(fabs(y - last) <= 1e-4 * (1 + 1e-6));
+        last = y;
+    }
+    assert_int_equal(report.end, NMM_END_COMPLETED);
+    assert_close(last, -0.5 * 9.81 * 0.25, 1e-6);
+    assert_near(report.time, 0.5, 1e-12);
+    nmm_sim_destroy(sim);
+}
+
+static void test_floor_of_dt(void **unused) {
+    (void)unused;
+    const char *const changes[] = {"time.max_move=1e-9", "time.dt=0.01", "time.dt_min=5e-3"};
+    nmm_sim *sim = open_scene(SCENE_FALL, 3, changes);
+    const nmm_step_report report = take_steps(sim, 3);
+    assert_int_equal(report.end, NMM_END_STEP_TOO_SMALL);
+    assert_non_null(strstr(report.reason, "moved"));
+    nmm_sim_destroy(sim);
+}
+
+static void test_initial_stress_is_in_balance(void **unused) {
+    (void)unused;
+    const char *const changes[] = {"analysis.tolerance=1e-12", "solver.tolerance=1e-13"};
+    nmm_sim *sim = open_scene(SCENE_COLUMN, 2, changes);
+    take_steps(sim, 10);
+    for (int p = 0; p < sim->model.n_point; p++) {
+        assert_near(sim->state.position[2 * p], sim->model.point[2 * p], 1e-12);
+        assert_near(sim->state.position[2 * p + 1], sim->model.point[2 * p + 1], 1e-12);
+    }
+    nmm_sim_destroy(sim);
+}
+
+static void test_steady_loop_allocates_nothing(void **unused) {
+    (void)unused;
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 0, NULL);
+    take_steps(sim, 50);
+    const long calls = sim->context.n_call;
+    take_steps(sim, 100);
+    assert_int_equal(sim->context.n_call, calls);
+    nmm_sim_destroy(sim);
+}
+
+static void test_only_what_the_scene_needs(void **unused) {
+    (void)unused;
+    nmm_sim *sim = open_scene(SCENE_FALL, 0, NULL);
+    assert_null(sim->search);
+    assert_null(sim->system.fixed);
+    take_steps(sim, 3);
+    assert_int_equal(sim->state.n_contact, 0);
+    assert_null(sim->state.contact);
+    assert_true(sim->summary.phase_seconds.contact < 1);
+    nmm_sim_destroy(sim);
+}
+
+static void test_target_that_is_not_there(void **unused) {
+    (void)unused;
+    if (nmm_solve_target() != NULL && nmm_solve_target_devices() > 0) skip();
+    nmm_sim_def def = nmm_default_sim_def();
+    def.path = "test.yaml";
+    def.text = SCENE_FALL;
+    def.text_length = strlen(SCENE_FALL);
+    def.device = NMM_DEVICE_TARGET;
+    nmm_sim *sim = NULL;
+    assert_int_equal(nmm_sim_create(&sim, &def), NMM_ERROR_DEVICE);
+    assert_int_equal(nmm_sim_error(sim)->status, NMM_ERROR_DEVICE);
+    nmm_sim_destroy(sim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_solver_that_fails_is_never_accepted),
+        cmocka_unit_test(test_plain_jacobi_cuts_the_step),
+        cmocka_unit_test(test_methods_agree),
+        cmocka_unit_test(test_largest_move),
+        cmocka_unit_test(test_floor_of_dt),
+        cmocka_unit_test(test_initial_stress_is_in_balance),
+        cmocka_unit_test(test_steady_loop_allocates_nothing),
+        cmocka_unit_test(test_only_what_the_scene_needs),
+        cmocka_unit_test(test_target_that_is_not_there),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

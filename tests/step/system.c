@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+//
+// Matrix and residual of a pass: the matrix is the derivative of the residual (elements, inertia,
+// contacts, supports), symmetric, and the assembly does not depend on threads.
+
+#include "scenes.h"
+#include "test.h"
+
+#include <stdlib.h>
+
+// Residual at the displacement as it is, contacts evaluated, in a step of length h from `moved`.
+static void residual_of(nmm_sim *sim, double h, double *out) {
+    nmm_state_place(&sim->model, &sim->state, 1);
+    if (sim->search != NULL) nmm_contact_evaluate(sim->search, &sim->model, &sim->state, 1);
+    const nmm_step_state step = {h, sim->state.time + h, sim->moved};
+    nmm_system_load(&sim->system, &sim->model, step.end);
+    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step);
+    memcpy(out, sim->system.residual, 2 * (size_t)sim->model.n_cover * sizeof *out);
+}
+
+static double entry_of(const nmm_bsr *K, int i, int j) {
+    for (int k = K->row_start[i / 2]; k < K->row_start[i / 2 + 1]; k++) {
+        if (K->col[k] == j / 2) return K->value[4 * (long)k + 2 * (i % 2) + j % 2];
+    }
+    return 0;
+}
+
+// Column j of K against central differences of the residual. Contacts must not change mode.
+static void check_matrix(nmm_sim *sim, double h, double tolerance) {
+    const int n = 2 * sim->model.n_cover;
+    double *up = calloc((size_t)n, sizeof *up), *down = calloc((size_t)n, sizeof *down);
+    residual_of(sim, h, up);
+    nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, h);
+    double largest = 0;
+    for (int i = 0; i < n; i++)
+        largest = fmax(largest, entry_of(&sim->system.K, i, i));
+    const double eps = 1e-8;
+    for (int j = 0; j < n; j++) {
+        if (sim->system.fixed != NULL && (sim->system.fixed[j / 2] >> j % 2 & 1)) continue;
+        const double d = sim->state.displacement[j], m = sim->moved[j];
+        sim->state.displacement[j] = d + eps, sim->moved[j] = m + eps;
+        residual_of(sim, h, up);
+        sim->state.displacement[j] = d - eps, sim->moved[j] = m - eps;
+        residual_of(sim, h, down);
+        sim->state.displacement[j] = d, sim->moved[j] = m;
+        for (int i = 0; i < n; i++) {
+            if (sim->system.fixed != NULL && (sim->system.fixed[i / 2] >> i % 2 & 1)) continue;
+            const double slope = -(up[i] - down[i]) / (2 * eps);
+            assert_near(entry_of(&sim->system.K, i, j), slope, tolerance * largest);
+            assert_near(entry_of(&sim->system.K, i, j), entry_of(&sim->system.K, j, i),
+                        1e-14 * largest);
+        }
+    }
+    free(up);
+    free(down);
+}
+
+static void test_free_body(void **unused) {
+    (void)unused;
+    nmm_sim *sim = open_scene(SCENE_FALL, 0, NULL);
+    take_steps(sim, 2);
+    check_matrix(sim, 1e-3, 1e-6);
+    nmm_sim_destroy(sim);
+}
+
+static void test_lumped_and_damped(void **unused) {
+    (void)unused;
+    const char *const changes[] = {"analysis.mass=lumped", "analysis.damping=30"};
+    nmm_sim *sim = open_scene(SCENE_FALL, 2, changes);
+    take_steps(sim, 2);
+    check_matrix(sim, 1e-4, 1e-6);
+    // Lumped: no coupling by mass; the diagonal holds (2/h^2 + 2 alpha/h) m.
+    const double inertia = 2 / 1e-8 + 60 / 1e-4;
+    double mass = 0;
+    for (int c = 0; c < sim->model.n_cover; c++)
+        mass += sim->system.cover_mass[c];
+    assert_close(mass, 2500 * 2 * 1, 1e-12);
+    for (int c = 0; c < sim->model.n_cover; c++) {
+        assert_true(entry_of(&sim->system.K, 2 * c, 2 * c) > inertia * sim->system.cover_mass[c]);
+    }
+    nmm_sim_destroy(sim);
+}
+
+static void test_supported_body(void **unused) {
+    (void)unused;
+    nmm_sim *sim = open_scene(SCENE_COLUMN, 0, NULL);
+    take_steps(sim, 1);
+    check_matrix(sim, 1e-3, 1e-5);
+    nmm_sim_destroy(sim);
+}
+
+static void test_contacts(void **unused) {
+    (void)unused;
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 0, NULL);
+    take_steps(sim, 60);
+    nmm_contact_find(&sim->context, sim->search, &sim->model, &sim->state, 0.02);
+    nmm_system_pattern(&sim->context, &sim->system, &sim->model, &sim->state);
+    memset(sim->moved, 0, 2 * (size_t)sim->model.n_cover * sizeof *sim->moved);
+    int stuck = 0;
+    for (int k = 0; k < sim->state.n_contact; k++) {
+        stuck += sim->state.contact[k].mode == NMM_CONTACT_STICK;
+    }
+    assert_true(stuck > 3);
+    check_matrix(sim, 1e-3, 1e-5);
+    nmm_sim_destroy(sim);
+}
+
+static void test_threads(void **unused) {
+    (void)unused;
+    const char *const fine[] = {"covers.size=0.06"};
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 1, fine);
+    take_steps(sim, 2);
+    const int n = 2 * sim->model.n_cover;
+    const size_t n_value = 4 * (size_t)sim->system.K.row_start[sim->model.n_cover];
+    double *one = calloc((size_t)n, sizeof *one), *value = calloc(n_value, sizeof *value);
+    residual_of(sim, 1e-3, one);
+    nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, 1e-3);
+    memcpy(value, sim->system.K.value, n_value * sizeof *value);
+    for (int threads = 2; threads <= 5; threads++) {
+        sim->context.n_thread = threads;
+        residual_of(sim, 1e-3, sim->system.change);
+        nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, 1e-3);
+        assert_memory_equal(one, sim->system.change, (size_t)n * sizeof *one);
+        assert_memory_equal(value, sim->system.K.value, n_value * sizeof *value);
+    }
+    free(one);
+    free(value);
+    nmm_sim_destroy(sim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_free_body),      cmocka_unit_test(test_lumped_and_damped),
+        cmocka_unit_test(test_supported_body), cmocka_unit_test(test_contacts),
+        cmocka_unit_test(test_threads),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
