@@ -11,8 +11,13 @@ typedef struct scene_steps {
     int steps;
 } scene_steps;
 
+static int largest; // covers of the largest scene
+
 static uint64_t hash_of(const scene_steps *s, int n_thread) {
     run r = run_open(n_thread, (const char *const[]){s->scene, NULL});
+    nmm_check check;
+    assert_int_equal(nmm_sim_check(r.sim, &check), NMM_OK);
+    largest = check.covers > largest ? check.covers : largest;
     for (int k = 0; k < s->steps && run_step(&r); k++)
         continue;
     nmm_summary summary;
@@ -36,6 +41,8 @@ static void test_threads(void **state) {
                      set_text("%016" PRIx64, one), hash_of(&scenes[k], n_thread) == one);
         }
     }
+    // Work is only shared from 2048 rows on.
+    row_true("largest scene has more than 2048 covers", "yes", largest > 2048);
     rows_end();
 }
 
