@@ -50,6 +50,7 @@ typedef struct nmm_support {
     double length;    // [m] boundary length (or 1 for a lone point) that it stands for
     double stiffness; // [N/m]
     int group;        // supports that raise their carried force together, -1: only the spring
+    nmm_vec2 carried; // [N] carried force at the start: balances the initial stress
     int history;      // displacement history (width 2), -1: none
 } nmm_support;
 

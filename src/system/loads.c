@@ -99,6 +99,19 @@ static double length_along(const placing *p, int v, const nmm_scene_support *fro
     return length;
 }
 
+// Initial stress xx, yy, xy at a place of element e.
+static void initial_stress_at(const nmm_scene *scene, const nmm_model *model, int e, nmm_vec2 place,
+                              double stress[3]) {
+    const nmm_scene_initial *initial = &scene->initial;
+    stress[0] = initial->xx, stress[1] = initial->yy, stress[2] = initial->xy;
+    if (initial->kind != NMM_INITIAL_GRAVITY) return;
+    // The weight above presses; nothing above the surface.
+    const double depth = nmm_max(0, initial->surface - (place.y + model->origin.y));
+    stress[1] = model->material[model->element_material[e]].density * model->gravity.y * depth;
+    stress[0] = initial->k0 * stress[1];
+    stress[2] = 0;
+}
+
 // Group of a point of block `block` at distance `along` from the segment's start.
 static nmm_status group_of(placing *p, const nmm_scene_support *from, int block, double along,
                            int *group) {
@@ -132,8 +145,35 @@ static nmm_status add_on_segment(placing *p, const nmm_scene_support *from, int 
     return add_support(p, from, element, place, length, group);
 }
 
+// The traction of the initial stress on the segment's edges, at two Gauss points each: exact for a
+// stress linear in depth, so that a scene in balance does not move. Springless supports carry it.
+static nmm_status carry_initial_stress(placing *p, const nmm_scene *scene,
+                                       const nmm_scene_support *from) {
+    nmm_model *model = p->model;
+    if (scene->initial.kind == NMM_INITIAL_NONE) return NMM_OK;
+    for (int v = 0; v < model->n_vertex; v++) {
+        const nmm_vec2 a = start_of(model, v), b = start_of(model, model->vertex_next[v]);
+        if (model->edge_mate[v] >= 0 || distance_to_segment(a, from->a, from->b) > p->touch ||
+            distance_to_segment(b, from->a, from->b) > p->touch) {
+            continue;
+        }
+        const nmm_vec2 normal = {b.y - a.y, a.x - b.x}; // outward, as long as the edge
+        for (int k = -1; k <= 1; k += 2) {
+            const nmm_vec2 place = nmm_vec2_mix(a, b, 0.5 + k * 0.5 / sqrt(3.0));
+            double s[3];
+            initial_stress_at(scene, model, model->edge_element[v], place, s);
+            TRY(add_support(p, from, model->edge_element[v], place, 0, -1));
+            nmm_support *support = &model->support[model->n_support - 1];
+            support->carried.x = from->fix_x ? 0.5 * (s[0] * normal.x + s[2] * normal.y) : 0;
+            support->carried.y = from->fix_y ? 0.5 * (s[2] * normal.x + s[1] * normal.y) : 0;
+        }
+    }
+    return NMM_OK;
+}
+
 // Loop vertices on the segment; each stands for its share of the length.
-static nmm_status support_segment(placing *p, const nmm_scene_support *from) {
+static nmm_status support_segment(placing *p, const nmm_scene *scene,
+                                  const nmm_scene_support *from) {
     const nmm_model *model = p->model;
     const int before = model->n_support;
     for (int v = 0; v < model->n_vertex; v++) {
@@ -142,7 +182,7 @@ static nmm_status support_segment(placing *p, const nmm_scene_support *from) {
         const double length = nmm_max(length_along(p, v, from), 1e-3 * model->size);
         TRY(add_on_segment(p, from, model->edge_element[v], place, length));
     }
-    if (model->n_support > before) return NMM_OK;
+    if (model->n_support > before) return carry_initial_stress(p, scene, from);
     // Nothing of the boundary: hold points along the segment, inside or between vertices.
     const nmm_vec2 along = nmm_vec2_sub(from->b, from->a);
     const double length = sqrt(nmm_vec2_dot(along, along));
@@ -199,7 +239,7 @@ static nmm_status place_support(placing *p, nmm_scene *scene, const nmm_scene_su
         const int e = nmm_model_find_element(model, from.a, p->touch);
         if (e >= 0) TRY(add_on_segment(p, &from, e, from.a, model->size));
     } else if (from.kind == NMM_PLACE_SEGMENT) {
-        TRY(support_segment(p, &from));
+        TRY(support_segment(p, scene, &from));
     } else if (from.kind == NMM_PLACE_BOX) {
         TRY(support_box(p, &from));
     } else {
@@ -324,20 +364,15 @@ nmm_status nmm_loads_place(nmm_context *context, nmm_scene *scene, nmm_model *mo
 // -------------------------------------------------------------------------------------------------
 
 static void start_stress(const nmm_scene *scene, const nmm_model *model, nmm_state *state) {
-    const nmm_scene_initial *initial = &scene->initial;
-    for (int e = 0; e < model->n_element && initial->kind != NMM_INITIAL_NONE; e++) {
+    for (int e = 0; e < model->n_element && scene->initial.kind != NMM_INITIAL_NONE; e++) {
+        const double *centre = model->element_centre + 2 * (long)e;
         double *stress = state->initial_stress + 3 * (long)e;
-        stress[0] = initial->xx, stress[1] = initial->yy, stress[2] = initial->xy;
-        if (initial->kind == NMM_INITIAL_GRAVITY) {
-            const double y = model->element_centre[2 * e + 1] + model->origin.y;
-            const double density = model->material[model->element_material[e]].density;
-            // The weight above presses; nothing above the surface.
-            const double depth = nmm_max(0, initial->surface - y);
-            stress[1] = density * model->gravity.y * depth;
-            stress[0] = initial->k0 * stress[1];
-            stress[2] = 0;
-        }
+        initial_stress_at(scene, model, e, (nmm_vec2){centre[0], centre[1]}, stress);
         memcpy(state->stress + 3 * (long)e, stress, 3 * sizeof *stress);
+    }
+    for (int s = 0; s < model->n_support; s++) {
+        state->support_force[2 * s] = model->support[s].carried.x;
+        state->support_force[2 * s + 1] = model->support[s].carried.y;
     }
 }
 
