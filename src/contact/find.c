@@ -82,7 +82,6 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
 }
 
 // --- A new contact
-// -----------------------------------------------------------------------------------
 
 static int interface_of(const nmm_model *model, int vertex, int edge) {
     const int of_edge = model->edge_interface[edge], after = model->edge_interface[vertex];
@@ -121,7 +120,6 @@ static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model
 }
 
 // --- History
-// -------------------------------------------------------------------------------------------
 
 // Take over what `old` knew. Forces per length are kept; the slip too, so the anchor moves along.
 static void inherit(const nmm_contact_search *search, const nmm_model *model,
@@ -148,36 +146,34 @@ static void inherit(const nmm_contact_search *search, const nmm_model *model,
     *c = next;
 }
 
-static const nmm_contact *closed_contact(const nmm_narrowing *now, int vertex, int edge) {
+// A closed contact that a new one at the same place goes on from: its vertex has left its edge, and
+// the two edges have about the same direction (sign 1) or face each other (sign -1).
+static const nmm_contact *left_contact(const nmm_narrowing *now, int vertex, int edge, int new_edge,
+                                       int sign) {
     const nmm_contact *old = nmm_contact_lookup(&now->last, vertex, edge);
-    return old != NULL && old->mode != NMM_CONTACT_OPEN ? old : NULL;
-}
-
-// Directions of two edges: in line, or (sign -1) face to face.
-static bool in_line(const nmm_narrowing *now, int a, int b, int sign) {
-    const nmm_vec2 s = nmm_edge_line_of(now->model, now->state, a).t;
-    const nmm_vec2 t = nmm_edge_line_of(now->model, now->state, b).t;
-    return sign * nmm_vec2_dot(s, t) > NMM_IN_LINE;
+    if (old == NULL || old->mode == NMM_CONTACT_OPEN) return NULL;
+    const nmm_edge_line e = nmm_edge_line_of(now->model, now->state, edge);
+    const nmm_vec2 place = nmm_vertex_place(now->model, now->state, vertex);
+    const double foot = nmm_vec2_dot(e.t, nmm_vec2_sub(place, e.p));
+    const double margin = NMM_EXACT * now->model->size;
+    if (!old->bonded && foot > margin && foot < e.length - margin) return NULL;
+    const nmm_vec2 t = nmm_edge_line_of(now->model, now->state, new_edge).t;
+    return sign * nmm_vec2_dot(e.t, t) > NMM_IN_LINE ? old : NULL;
 }
 
 const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge) {
     const nmm_model *model = now->model;
     const nmm_contact *old = nmm_contact_lookup(&now->last, vertex, edge);
-    if (old != NULL) return old;
     // The vertex passed a corner or a cut of the other side.
     const int near[2] = {model->vertex_prev[edge], model->vertex_next[edge]};
-    for (int k = 0; k < 2; k++) {
-        old = closed_contact(now, vertex, near[k]);
-        if (old != NULL && in_line(now, edge, near[k], 1)) return old;
-    }
+    for (int k = 0; k < 2 && old == NULL; k++)
+        old = left_contact(now, vertex, near[k], edge, 1);
     // The other side's vertices at this place, on the edges that meet here.
     const int other[2] = {edge, model->vertex_next[edge]};
     const int side[2] = {vertex, model->vertex_prev[vertex]};
-    for (int k = 0; k < 4; k++) {
-        old = closed_contact(now, other[k / 2], side[k % 2]);
-        if (old != NULL && in_line(now, edge, side[k % 2], -1)) return old;
-    }
-    return NULL;
+    for (int k = 0; k < 4 && old == NULL; k++)
+        old = left_contact(now, other[k / 2], side[k % 2], edge, -1);
+    return old;
 }
 
 static nmm_contact with_history(const nmm_contact_search *search, const nmm_narrowing *now,
@@ -191,7 +187,6 @@ static nmm_contact with_history(const nmm_contact_search *search, const nmm_narr
 }
 
 // --- Start of a run
-// ------------------------------------------------------------------------------------
 
 // Joints that hold are bonded; initial stress is in balance at once, eq. (5.12).
 static void begin_contact(const nmm_model *model, const nmm_state *state, const nmm_raw *raw,
@@ -214,7 +209,6 @@ static void begin_contact(const nmm_model *model, const nmm_state *state, const 
 }
 
 // --- The list
-// ------------------------------------------------------------------------------------------
 
 static void start_list(const nmm_state *state, int n_vertex, int *start) {
     int k = 0;

@@ -11,7 +11,6 @@
 #define AT_LIMIT (1 - 1e-9)
 
 // --- Kinematics
-// ------------------------------------------------------------------------------------------
 
 // Was the vertex beyond a convex end of the edge when the step began, and is it still? Then it
 // passes the corner, whatever the gap to the edge's line. `foot` and `anchor` along the edge [m].
@@ -69,7 +68,6 @@ nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *stat
 }
 
 // --- Law
-// ---------------------------------------------------------------------------------------------------
 
 static double energy_of(const nmm_contact *c, double N, double T) {
     return 0.5 * N * N / c->normal_stiffness + 0.5 * T * T / c->shear_stiffness;
@@ -204,7 +202,6 @@ bool nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, doubl
 }
 
 // --- Accepted
-// ------------------------------------------------------------------------------------------------
 
 // A sliding contact's anchor follows, so that the spring holds just the limit: no creep afterwards.
 static double commit_slide(nmm_contact *c, double length) {

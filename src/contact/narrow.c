@@ -55,7 +55,6 @@ static nmm_status narrow_all(nmm_context *context, nmm_contact_search *search,
 }
 
 // --- Of one vertex
-// ---------------------------------------------------------------------------------------
 
 // By edge, then by length: sums of lengths do not depend on the order of the pairs.
 static bool comes_after(const nmm_raw *a, const nmm_raw *b) {
@@ -131,7 +130,6 @@ static int choose_sides(const nmm_narrowing *now, nmm_raw *raw, int n) {
 }
 
 // --- All
-// ------------------------------------------------------------------------------------------------
 
 // By vertex, into search->sorted; search->vertex_start[v] becomes the end of v.
 static nmm_status sort_raw(nmm_context *context, nmm_contact_search *search, int n_vertex,
@@ -153,7 +151,6 @@ static nmm_status sort_raw(nmm_context *context, nmm_contact_search *search, int
 }
 
 // --- Sides that share little
-// -----------------------------------------------------------------------------
 
 static nmm_side_pair *find_side_pair(nmm_contact_search *search, int size, const nmm_raw *raw) {
     const int x = search->side[raw->facing], y = search->side[raw->edge];

@@ -24,7 +24,6 @@ static int bucket_of(int ix, int iy, int n_bucket) {
 }
 
 // --- Grid
-// ----------------------------------------------------------------------------------------------
 
 static nmm_box box_of_edge(const nmm_model *model, const nmm_state *state, int e, double grow) {
     const nmm_vec2 p = nmm_vertex_place(model, state, e);
@@ -67,7 +66,6 @@ static nmm_status fill_grid(nmm_context *context, nmm_contact_search *search, in
 }
 
 // --- Pairs
-// -----------------------------------------------------------------------------------------------
 
 static bool boxes_meet(const nmm_box *a, const nmm_box *b) {
     return a->low.x <= b->high.x && b->low.x <= a->high.x && a->low.y <= b->high.y &&

@@ -17,7 +17,7 @@
 #define NMM_PARALLEL 0.026 // 1.5 degrees
 #define NMM_SLANTED 0.078  // 4.5 degrees
 /// Cosine of the angle up to which history passes from one edge to another.
-#define NMM_IN_LINE 0.966 // 15 degrees
+#define NMM_IN_LINE 0.5 // 60 degrees
 
 typedef struct nmm_edge_pair {
     int a, b; // a < b
@@ -120,9 +120,9 @@ nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nm
 /// Raw contacts of one pair of edges.
 void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair);
 
-/// The contact of the last list that (vertex, edge) goes on from: its own; else a closed one of the
-/// vertex on a neighbouring edge in line; else a closed one of the other side's vertex at the
-/// place. NULL: there is none.
+/// The contact of the last list that (vertex, edge) goes on from: its own; else a closed one that
+/// the vertex left, on a neighbouring edge; else a closed one that the other side's vertex at the
+/// place left. NULL: there is none.
 const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge);
 
 /// The contact (vertex, edge) of the last list, or NULL.

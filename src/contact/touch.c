@@ -39,7 +39,6 @@ static double share_parallel(const nmm_edge_line *f, const nmm_edge_line *e) {
 }
 
 // --- Listing
-// -----------------------------------------------------------------------------------------------
 
 // Is the place inside the block, as far as the loop of `edge` tells? Odd crossings of a loop that
 // runs counter-clockwise, even ones of a hole.
@@ -88,7 +87,6 @@ static void add_raw(nmm_narrowing *now, const candidate *c, nmm_raw raw) {
 }
 
 // --- Edge on edge
-// ------------------------------------------------------------------------------------------
 
 static double gap_of(const nmm_edge_line *e, nmm_vec2 place) {
     return nmm_vec2_dot(e->n, nmm_vec2_sub(place, e->p));
@@ -153,7 +151,6 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
 }
 
 // --- Corner on edge
-// ----------------------------------------------------------------------------------------
 
 // The edge that arrives at a vertex; one without length is passed over.
 static nmm_edge_line line_before(const nmm_narrowing *now, int vertex) {

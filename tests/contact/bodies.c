@@ -7,7 +7,6 @@
 #include <stdlib.h>
 
 // --- Making
-// ---------------------------------------------------------------------------------------------
 
 // The triangle around block k: an equilateral one about the middle of its box, twice as large as
 // needed; its corners are the nodes of the three covers.
@@ -130,7 +129,6 @@ void bodies_join(bodies *b, int interface) {
 }
 
 // --- Moving
-// ---------------------------------------------------------------------------------------------
 
 void bodies_put(bodies *b, int block, double x, double y, double angle) {
     const double *c = b->model.element_centre + 2 * (long)block;
@@ -170,7 +168,6 @@ void bodies_commit(bodies *b, nmm_contact_energy *energy) {
 }
 
 // --- Asking
-// ---------------------------------------------------------------------------------------------
 
 int bodies_vertex(const bodies *b, int block) {
     int v = 0;

@@ -20,7 +20,6 @@ static int count_closed(const bodies *b) {
 }
 
 // --- Bricks
-// ---------------------------------------------------------------------------------------------
 
 // A brick that covers the end of another one by d only: it is carried, and not pushed sideways,
 // although it overlaps the other's side by d as well.
@@ -152,7 +151,6 @@ static void test_thin_plates(void **unused) {
 }
 
 // --- Points
-// ---------------------------------------------------------------------------------------------
 
 // A block with a tip at the origin that points along `angle` + 180 degrees; half opening 0.4 rad.
 static void make_tip(nmm_vec2 corner[3], double angle) {
@@ -231,6 +229,23 @@ static void test_tip_slides_off(void **unused) {
     bodies_close(&b);
 }
 
+// Two corners with their points on one line: pushed together they hold, whichever is the lower one
+// by a rounding, and do not slip under each other.
+static void test_tip_to_tip(void **unused) {
+    (void)unused;
+    const nmm_vec2 left[3] = {{-1, 0}, {0, 0}, {-0.4, 1}}, right[3] = {{0, 0}, {1, 0}, {0.2, 1}};
+    const loop loops[2] = {{0, 3, left}, {1, 3, right}};
+    bodies b = {0};
+    assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+    bodies_put(&b, 1, 1e-4, 0, 0);
+    for (int k = 0; k < 40; k++) {
+        step_to(&b, -1e-4, 1e-4 * sin(0.7 * k), 0.02);
+        assert_true(count_closed(&b) >= 1);
+        assert_true(bodies_force(&b, 1, 0).x > 4e5);
+    }
+    bodies_close(&b);
+}
+
 // In a notch both sides act, and the tip is carried even below the point where they meet.
 static void test_tip_in_notch(void **unused) {
     (void)unused;
@@ -300,7 +315,6 @@ static void test_tip_over_bent_seam(void **unused) {
 }
 
 // --- One block
-// ------------------------------------------------------------------------------------------
 
 // A crack from the left side to the middle: contacts along its faces, and none at its tip.
 static void test_crack(void **unused) {
@@ -384,13 +398,21 @@ static void test_edge_without_length(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_corner_over_corner),  cmocka_unit_test(test_drawn_with_an_overlap),
-        cmocka_unit_test(test_side_by_side),        cmocka_unit_test(test_running_bond),
-        cmocka_unit_test(test_thin_plates),         cmocka_unit_test(test_tip_into_corner),
-        cmocka_unit_test(test_tip_past_corner),     cmocka_unit_test(test_tip_slides_off),
-        cmocka_unit_test(test_tip_in_notch),        cmocka_unit_test(test_tip_over_seam),
-        cmocka_unit_test(test_tip_over_bent_seam),  cmocka_unit_test(test_crack),
-        cmocka_unit_test(test_no_self_contact),     cmocka_unit_test(test_block_in_hole),
+        cmocka_unit_test(test_corner_over_corner),
+        cmocka_unit_test(test_drawn_with_an_overlap),
+        cmocka_unit_test(test_side_by_side),
+        cmocka_unit_test(test_running_bond),
+        cmocka_unit_test(test_thin_plates),
+        cmocka_unit_test(test_tip_into_corner),
+        cmocka_unit_test(test_tip_past_corner),
+        cmocka_unit_test(test_tip_slides_off),
+        cmocka_unit_test(test_tip_to_tip),
+        cmocka_unit_test(test_tip_in_notch),
+        cmocka_unit_test(test_tip_over_seam),
+        cmocka_unit_test(test_tip_over_bent_seam),
+        cmocka_unit_test(test_crack),
+        cmocka_unit_test(test_no_self_contact),
+        cmocka_unit_test(test_block_in_hole),
         cmocka_unit_test(test_edge_without_length),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -23,7 +23,6 @@ static void accept_at(bodies *b, double x, double y, nmm_contact_energy *energy)
 }
 
 // --- A corner on a side with a seam
-// -----------------------------------------------------------------------
 
 static const nmm_vec2 seamed[5] = {{-2, -2}, {2, -2}, {2, 0}, {0, 0}, {-2, 0}};
 static const nmm_vec2 tip[3] = {{0, 0}, {0.5, 1}, {-0.5, 1}};
@@ -129,7 +128,6 @@ static void test_not_round_a_corner(void **unused) {
 }
 
 // --- Cut sides
-// --------------------------------------------------------------------------------------------
 
 static const nmm_vec2 cut_base[7] = {{-3, -1}, {3, -1},   {3, 0}, {1.1, 0},
                                      {0.2, 0}, {-0.9, 0}, {-3, 0}};
@@ -223,7 +221,6 @@ static void test_carried_over_cuts(void **unused) {
 }
 
 // --- Matched bricks
-// ---------------------------------------------------------------------------------------
 
 static const nmm_vec2 lower[4] = BOX(0, -1, 2, 0), upper[4] = BOX(0, 0, 2, 1);
 

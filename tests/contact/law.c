@@ -23,7 +23,6 @@ static nmm_contact *left_foot(bodies *b) {
 }
 
 // --- Kinematics
-// ------------------------------------------------------------------------------------------
 
 // Gap and slip of contact 0 at the displacements given.
 static void measured(bodies *b, double *gap, double *slip) {
@@ -109,7 +108,6 @@ static void test_force_pair_has_no_resultant_and_no_moment(void **unused) {
 }
 
 // --- Springs and friction
-// --------------------------------------------------------------------------------
 
 static void test_springs(void **unused) {
     (void)unused;
@@ -269,7 +267,6 @@ static void test_verdict_counts(void **unused) {
 }
 
 // --- Bonds
-// -----------------------------------------------------------------------------------------------
 
 static const nmm_vec2 bonded_base[4] = BOX(0, -1, 2, 0);
 
@@ -403,7 +400,6 @@ static void test_bond_outside_the_reach(void **unused) {
 }
 
 // --- Carried forces
-// --------------------------------------------------------------------------------------
 
 static void test_initial_stress_is_in_balance(void **unused) {
     (void)unused;
@@ -466,7 +462,6 @@ static void test_augmented_removes_the_overlap(void **unused) {
 }
 
 // --- Energy
-// ------------------------------------------------------------------------------------------------
 
 // While it sticks, the force is minus the derivative of the stored energy.
 static void test_force_is_the_derivative_of_the_energy(void **unused) {

@@ -40,7 +40,6 @@ static bodies open_heap(const heap *h, double size, int n_thread) {
 }
 
 // --- Against all pairs
-// -----------------------------------------------------------------------------------
 
 static double distance(const bodies *b, int vertex, int edge) {
     const nmm_edge_line e = nmm_edge_line_of(&b->model, &b->state, edge);
@@ -115,7 +114,6 @@ static void test_far_away(void **unused) {
 }
 
 // --- The same list
-// --------------------------------------------------------------------------------------
 
 static void assert_same_lists(const bodies *a, const bodies *b) {
     assert_int_equal(a->state.n_contact, b->state.n_contact);
@@ -209,7 +207,6 @@ static void test_sorted(void **unused) {
 }
 
 // --- Memory
-// ---------------------------------------------------------------------------------------------
 
 typedef struct failing {
     long left; // calls that still succeed
