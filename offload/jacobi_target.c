@@ -42,7 +42,6 @@
 #include "../src/solve/jacobi_kernels.inl"
 
 // --- Devices
-// -------------------------------------------------------------------------------------
 
 // True where a target region sent to `device` runs on something that is not the host.
 static bool device_runs(int device) {
@@ -60,7 +59,6 @@ int nmm_solve_target_devices(void) {
 }
 
 // --- Data
-// ----------------------------------------------------------------------------------------
 
 static void map_arrays(const nmm_solver *s) {
     const long n = nmm_max_int(s->max_row, 1), n_block = nmm_max_int(s->max_block, 1);
@@ -95,7 +93,6 @@ static void unmap_arrays(const nmm_solver *s) {
 }
 
 // --- The backend
-// ---------------------------------------------------------------------------------
 
 static nmm_status open_target(nmm_context *context, nmm_solver **solver, int max_row,
                               int max_block) {

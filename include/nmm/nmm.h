@@ -24,7 +24,6 @@ extern "C" {
 #endif
 
 // --- Status and error
-// -------------------------------------------------------------------------------
 
 /// What a call came to. The command line's exit status follows from it.
 typedef enum nmm_status {
@@ -47,7 +46,6 @@ typedef struct nmm_error {
 } nmm_error;
 
 // --- Simulation
-// -------------------------------------------------------------------------------------
 
 /// A scene, its model and its state: from the file to the end of the run.
 typedef struct nmm_sim nmm_sim;
@@ -183,7 +181,6 @@ NMM_API double nmm_sim_end_time(const nmm_sim *sim);
 NMM_API const char *nmm_sim_title(const nmm_sim *sim);
 
 // --- Run files
-// ----------------------------------------------------------------------------------------
 
 /// Writes a run file beside the run: frames, monitors, ledger, contacts.
 typedef struct nmm_output nmm_output;

@@ -34,7 +34,6 @@ void nmm_context_clear(nmm_context *context) {
 }
 
 // --- Memory
-// ---------------------------------------------------------------------------------------
 
 // In front of every block: what the hook gave, and the size asked for.
 typedef struct block_head {
@@ -109,7 +108,6 @@ void nmm_release(nmm_context *context, void *block) {
 }
 
 // --- Sums, clock, hash
-// ------------------------------------------------------------------------------
 
 double nmm_sum_product(int n, const double *x, const double *y, int n_thread) {
     // Chunks are summed in groups that fit on the stack, so nothing is allocated.

@@ -15,7 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// --- Checks -------------------------------------------------------------------------------------
+// --- Checks
 
 #ifdef NMM_DEBUG
 #define NMM_ASSERT(condition)                                                                      \
@@ -34,7 +34,6 @@
 void nmm_assert_failed(const char *condition, const char *file, int line);
 
 // --- Context: hook, threads, error
-// ----------------------------------------------------------------
 
 /// realloc-like hook: `size` 0 frees `old`; returns NULL when it cannot serve.
 typedef void *(*nmm_allocate_hook)(void *user, void *old, size_t size);
@@ -64,7 +63,6 @@ void nmm_context_clear(nmm_context *context);
     } while (0)
 
 // --- Memory
-// ---------------------------------------------------------------------------------------
 
 /// `count * size` zeroed bytes, 64-byte aligned, into *block (a pointer to a pointer). Count 0
 /// gives NULL. Serial code only. NMM_ERROR_MEMORY with the size in the message.
@@ -95,7 +93,6 @@ void nmm_arena_reset(nmm_context *context, nmm_arena *arena);
 void nmm_arena_destroy(nmm_context *context, nmm_arena *arena);
 
 // --- Sums, clock, random numbers
-// --------------------------------------------------------------------
 
 /// Sums that decide anything run over chunks of this many items, then over the chunks in order, so
 /// that the number of threads does not change a bit.

@@ -9,7 +9,6 @@
 #include <string.h>
 
 // --- Bodies
-// ---------------------------------------------------------------------------------------
 
 static nmm_status check_body(nmm_cut *cut) {
     const nmm_body *body = &cut->body;

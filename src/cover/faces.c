@@ -9,7 +9,6 @@
 #include <math.h>
 
 // --- Edges
-// ----------------------------------------------------------------------------------------
 
 static nmm_status name_edges(nmm_cut *cut) {
     nmm_body *body = &cut->body;
@@ -31,7 +30,6 @@ static nmm_status name_edges(nmm_cut *cut) {
 }
 
 // --- Areas
-// ----------------------------------------------------------------------------------------
 
 // A walk over all faces from the unbounded one, across edges. It carries how often each outline
 // winds round the face at hand, so no face needs to look at all outlines.
@@ -168,7 +166,6 @@ static nmm_status fill_areas(nmm_cut *cut) {
 }
 
 // --- Triangles
-// ------------------------------------------------------------------------------------
 
 // The mesh line that an edge lies on; NULL: none, or more than one, which tells nothing.
 static const nmm_line *mesh_line_of(const nmm_body *body, int e, int *source) {
@@ -229,7 +226,6 @@ static nmm_status find_triangles(nmm_cut *cut) {
 }
 
 // --- Elements
-// -------------------------------------------------------------------------------------
 
 static nmm_status number_elements(nmm_cut *cut) {
     nmm_body *body = &cut->body;
@@ -257,7 +253,6 @@ static nmm_status number_elements(nmm_cut *cut) {
 }
 
 // --- Corners
-// --------------------------------------------------------------------------------------
 
 // Round a vertex, corners of elements that follow each other across edges that connect are one
 // point. A half-edge stands for the corner at its start.
@@ -291,7 +286,6 @@ static void close_slits(nmm_body *body) {
 }
 
 // --- Joints
-// ---------------------------------------------------------------------------------------
 
 static double edge_length(const nmm_cut *cut, int e) {
     const nmm_arrangement *a = &cut->body.arrangement;

@@ -9,7 +9,6 @@
 #include <string.h>
 
 // --- Elements and covers
-// --------------------------------------------------------------------------
 
 // Lattice nodes are numbered in the order in which covers mention them.
 static nmm_status fill_covers(nmm_cut *cut, nmm_model *model) {
@@ -122,7 +121,6 @@ static void fill_cover_elements(nmm_model *model) {
 }
 
 // --- Points and loops
-// -----------------------------------------------------------------------------
 
 static void include_place(nmm_box *box, nmm_vec2 p) {
     box->low = (nmm_vec2){nmm_min(box->low.x, p.x), nmm_min(box->low.y, p.y)};
@@ -165,7 +163,6 @@ static void fill_vertices(const nmm_cut *cut, nmm_model *model) {
 }
 
 // --- What the model takes over from the scene
-// -----------------------------------------------------
 
 static nmm_status copy_block_names(nmm_cut *cut, nmm_model *model) {
     const nmm_draft *draft = &cut->draft;

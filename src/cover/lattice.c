@@ -18,7 +18,6 @@
 #define MOST_ELEMENTS 8e6
 
 // --- Box and area
-// ---------------------------------------------------------------------------------
 
 static nmm_status check_corners(nmm_context *context, nmm_scene *scene, int n,
                                 const nmm_vec2 *corner, nmm_mark mark) {
@@ -73,7 +72,6 @@ static void measure_scene(const nmm_scene *scene, nmm_lattice *lattice) {
 }
 
 // --- Choice of the lattices
-// -----------------------------------------------------------------------
 
 // About twelve triangles along a square of the scene's area; a whole number of them along the box.
 static double choose_size(const nmm_lattice *lattice) {
@@ -181,7 +179,6 @@ nmm_status nmm_lattice_choose(nmm_context *context, nmm_scene *scene, nmm_lattic
 }
 
 // --- Places and weights
-// ---------------------------------------------------------------------------
 
 nmm_ipoint nmm_lattice_snap(const nmm_lattice *lattice, nmm_vec2 place) {
     const double x = (place.x - lattice->origin.x) / lattice->spacing;

@@ -21,7 +21,6 @@ static nmm_status add_segment(nmm_cut *cut, nmm_isegment segment, nmm_line line)
 }
 
 // --- Clipping to the surroundings
-// -----------------------------------------------------------------
 
 // The scene's box, grown by an eighth of its size on each side.
 static nmm_box surroundings(const nmm_lattice *lattice) {
@@ -92,7 +91,6 @@ static nmm_status clip_area(nmm_cut *cut, const nmm_box *box, const nmm_scene_ar
 }
 
 // --- Areas
-// ----------------------------------------------------------------------------------------
 
 static const char *area_word(const nmm_cut *cut, int k) {
     static const char *const word[] = {"domain polygon", "hole", "region"};
@@ -127,7 +125,6 @@ static nmm_status add_area(nmm_cut *cut, const nmm_box *box, int k) {
 }
 
 // --- Joints
-// ---------------------------------------------------------------------------------------
 
 static nmm_status add_joint(nmm_cut *cut, const nmm_box *box, int k) {
     const nmm_scene_joint *joint = &cut->scene->joint[k];

@@ -21,7 +21,6 @@ static void sides_of(const nmm_body *body, int edge, int element[2]) {
 }
 
 // --- Blocks
-// ---------------------------------------------------------------------------------------
 
 static nmm_status add_block(nmm_cut *cut) {
     nmm_draft *draft = &cut->draft;
@@ -63,7 +62,6 @@ static nmm_status add_elements(nmm_cut *cut) {
 }
 
 // --- Covers
-// ---------------------------------------------------------------------------------------
 
 // Join the slots of two elements that belong to the same node.
 static void join_slots(const nmm_body *body, int *parent, const int side[2]) {

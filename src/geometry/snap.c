@@ -20,7 +20,6 @@ struct nmm_fragment {
 typedef struct nmm_fragment fragment;
 
 // --- Hot pixels
-// -----------------------------------------------------------------------------------
 
 static bool boxes_apart(int64_t a, int64_t b, int64_t c, int64_t d) {
     return (a < c && a < d && b < c && b < d) || (a > c && a > d && b > c && b > d);
@@ -86,7 +85,6 @@ static nmm_status collect_vertices(nmm_context *context, nmm_arrangement *arrang
 }
 
 // --- Chains
-// ---------------------------------------------------------------------------------------
 
 // Index of a point that is a vertex.
 static int find_vertex(const nmm_arrangement *arrangement, nmm_ipoint p) {
@@ -216,7 +214,6 @@ static nmm_status route_all(nmm_context *context, nmm_arrangement *arrangement, 
 }
 
 // --- Edges
-// ----------------------------------------------------------------------------------------
 
 static bool fragment_before(const fragment *a, const fragment *b) {
     return a->high != b->high ? a->high < b->high : a->source < b->source;

@@ -11,7 +11,6 @@
 #include "grid.h"
 
 // --- Half-edges and cycles
-// ------------------------------------------------------------------------
 
 static const nmm_ipoint *end_of(const nmm_arrangement *a, int half) {
     return &a->vertex[a->edge[half ^ 1]];
@@ -107,7 +106,6 @@ static nmm_status trace_cycles(nmm_context *context, nmm_arrangement *a, int *nu
 }
 
 // --- Islands
-// --------------------------------------------------------------------------------------
 
 typedef struct left_ray {
     const nmm_arrangement *a;
@@ -209,7 +207,6 @@ static nmm_status assign_faces(nmm_context *context, nmm_arrangement *a, int n_c
 }
 
 // --- Bridges and faces
-// ----------------------------------------------------------------------------
 
 // Mark the edges that divide nothing and let next[] pass them by.
 static void drop_bridges(nmm_arrangement *a, const int *number_of) {

@@ -58,7 +58,6 @@ static void offer_place(welder *w, int vertex, candidate offered) {
 }
 
 // --- Clusters of vertices
-// -------------------------------------------------------------------------
 
 static nmm_status build_vertex_grid(welder *w) {
     nmm_arrangement *a = w->a;
@@ -123,7 +122,6 @@ static void rate_vertices(welder *w) {
 }
 
 // --- Vertices near edges
-// --------------------------------------------------------------------------
 
 // Note the vertices of a cell that are near edge e, outside the clusters of its ends.
 static nmm_status note_cell(welder *w, int e, int cell) {
@@ -182,7 +180,6 @@ static nmm_status note_edges(welder *w) {
 }
 
 // --- The moved edges
-// ------------------------------------------------------------------------------
 
 static nmm_status add_link(welder *w, int e, nmm_ipoint from, nmm_ipoint to) {
     if (nmm_ipoint_equal(from, to)) return NMM_OK;

@@ -84,7 +84,6 @@ static nmm_steps contact_steps(const char *field[N_FIELD]) {
 }
 
 // --- Creation
-// ------------------------------------------------------------------------------------
 
 static const char *const topology[4] = {"Vertices", "Lines", "Polygons", "Strips"};
 static const char *const topology_table[4] = {"NumberOfCells", "NumberOfConnectivityIds",
@@ -133,7 +132,6 @@ nmm_status nmm_contacts_create(nmm_output *output, const nmm_sim *sim) {
 }
 
 // --- A frame
-// -------------------------------------------------------------------------------------
 
 static nmm_status grow(nmm_output *output, int needed) {
     nmm_contact_rows *rows = &output->rows;

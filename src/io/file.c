@@ -11,7 +11,6 @@
 #include <sys/stat.h>
 
 // --- A reading
-// -----------------------------------------------------------------------------------
 
 nmm_status nmm_file_begin(nmm_file *file, nmm_h5 *h5) {
     struct stat about;
@@ -32,7 +31,6 @@ nmm_status nmm_file_end(nmm_h5 *h5, nmm_status status) {
 }
 
 // --- Opening
-// -------------------------------------------------------------------------------------
 
 static nmm_status check_kind(nmm_file *file, nmm_h5 *h5) {
     int format = 0, version[2] = {0, 0};
@@ -171,7 +169,6 @@ void nmm_file_close(nmm_file *file) {
 }
 
 // --- Questions
-// -----------------------------------------------------------------------------------
 
 const nmm_error *nmm_file_error(const nmm_file *file) {
     static const nmm_error no_memory = {.status = NMM_ERROR_MEMORY, .message = "out of memory"};

@@ -49,7 +49,6 @@ static nmm_status read_field(nmm_file *file, nmm_h5 *h5, const char *name, const
 }
 
 // --- Contacts
-// ------------------------------------------------------------------------------------
 
 // Where each array goes in nmm_file_contact. Width 3: x and y are kept. Width 0: one number.
 typedef struct contact_part {
@@ -132,7 +131,6 @@ static nmm_status read_contacts(nmm_file *file, nmm_h5 *h5, nmm_file_frame *fram
 }
 
 // --- A frame
-// -------------------------------------------------------------------------------------
 
 static nmm_status read_frame(nmm_file *file, nmm_h5 *h5, nmm_file_frame *frame) {
     const int points[3] = {frame->index, file->n_point, 3};

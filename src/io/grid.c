@@ -12,7 +12,6 @@
 #include <math.h>
 
 // --- Topology
-// ------------------------------------------------------------------------------------
 
 typedef struct fixed_column {
     const char *name;
@@ -87,7 +86,6 @@ static nmm_status write_cells(nmm_output *output, const nmm_model *m) {
 }
 
 // --- Fields
-// --------------------------------------------------------------------------------------
 
 static const char *const all_cell_field[] = {"block_id", "material", "stress"};
 

@@ -27,7 +27,7 @@ void nmm_h5_quiet_end(nmm_h5_quiet quiet) {
     H5Eset_auto2(H5E_DEFAULT, quiet.print, quiet.data);
 }
 
-// --- Reasons ------------------------------------------------------------------------------------
+// --- Reasons
 
 // What the error stack says: the system's message where there is one, else the innermost entry.
 typedef struct reason {
@@ -73,7 +73,6 @@ nmm_status nmm_h5_fail_read(nmm_h5 *h5, const char *what, const char *why) {
 }
 
 // --- Open and close
-// ------------------------------------------------------------------------------
 
 static hid_t access_properties(bool with_locks) {
     const hid_t access = H5Pcreate(H5P_FILE_ACCESS);

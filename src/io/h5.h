@@ -53,7 +53,7 @@ nmm_status nmm_h5_fail_write(nmm_h5 *h5, const char *what);
 /// NMM_ERROR_INPUT "NAME: WHAT: why".
 nmm_status nmm_h5_fail_read(nmm_h5 *h5, const char *what, const char *why);
 
-// --- Writing ------------------------------------------------------------------------------------
+// --- Writing
 
 /// A dataset of rows that grows. Shape [rows] when width is 0, else [rows][width].
 typedef struct nmm_h5_table {
@@ -117,7 +117,7 @@ nmm_status nmm_h5_attribute_text(nmm_h5 *h5, const char *object, const char *nam
 nmm_status nmm_h5_attribute_put(nmm_h5 *h5, const char *object, const char *name, hid_t type, int n,
                                 const void *value);
 
-// --- Reading ------------------------------------------------------------------------------------
+// --- Reading
 
 bool nmm_h5_exists(nmm_h5 *h5, const char *name);
 /// Open a dataset that must be there; the caller closes it.

@@ -109,7 +109,6 @@ nmm_status nmm_h5_get(nmm_h5 *h5, const char *name, hid_t memory, int width, con
 }
 
 // --- Texts and attributes
-// ------------------------------------------------------------------------
 
 // Size of the fixed-length text type of a dataset or attribute; 0: not such a text.
 static size_t text_size(hid_t type) {

@@ -12,7 +12,6 @@
 #include <string.h>
 
 // --- Columns
-// -------------------------------------------------------------------------------------
 
 static double get_value(const nmm_h5_column *column, const void *row) {
     const char *at = (const char *)row + column->offset;
@@ -58,7 +57,6 @@ static int count_columns(const nmm_h5_record *record, const bool *keep) {
 }
 
 // --- Tables
-// --------------------------------------------------------------------------------------
 
 typedef char column_texts[NMM_H5_COLUMNS][NMM_H5_TEXT];
 
@@ -173,7 +171,6 @@ nmm_status nmm_h5_record_get(nmm_h5 *h5, const char *name, const nmm_h5_record *
 }
 
 // --- Single records
-// ------------------------------------------------------------------------------
 
 static hid_t column_type(const nmm_h5_column *column) {
     if (column->kind == 's') {

@@ -16,7 +16,6 @@ static hid_t link_properties(void) {
 }
 
 // --- Attributes
-// ----------------------------------------------------------------------------------
 
 // Create or open attribute `name` and write it; all handles are closed here.
 bool nmm_h5_attribute_write(hid_t object, const char *name, hid_t type, hid_t space,
@@ -82,7 +81,6 @@ nmm_status nmm_h5_attribute_put(nmm_h5 *h5, const char *object, const char *name
 }
 
 // --- Tables
-// --------------------------------------------------------------------------------------
 
 nmm_status nmm_h5_group_create(nmm_h5 *h5, const char *name) {
     const hid_t link = link_properties();
@@ -171,7 +169,6 @@ nmm_status nmm_h5_put(nmm_h5 *h5, const char *name, hid_t memory, hsize_t first,
 }
 
 // --- Texts
-// ---------------------------------------------------------------------------
 
 hid_t nmm_h5_scalar_create(hid_t file, const char *name, hid_t type) {
     const hid_t space = H5Screate(H5S_SCALAR);

@@ -14,7 +14,7 @@
 
 #include <stdio.h>
 
-// --- Files written whole or not at all ----------------------------------------------------------
+// --- Files written whole or not at all
 
 /// A file that takes its name only when it is complete.
 typedef struct nmm_replacement {
@@ -38,7 +38,7 @@ void nmm_replacement_drop(nmm_replacement *file);
 /// `x` as the shortest text that reads back as the same number, with a point in any locale.
 const char *nmm_number_text(char text[32], double x);
 
-// --- What a run file holds ----------------------------------------------------------------------
+// --- What a run file holds
 
 /// A support point, or (`held`) a block held as a whole, at its centroid.
 typedef struct nmm_support_row {

@@ -10,7 +10,6 @@
 #include <sys/utsname.h>
 
 // --- Provenance
-// ----------------------------------------------------------------------------------
 
 static nmm_status put_text(nmm_h5 *h5, const char *name, const char *text) {
     char path[256], cut[1024];
@@ -84,7 +83,6 @@ static nmm_status write_names(nmm_output *output, const char *path, int n,
 }
 
 // --- Supports, loads, outlines
-// -------------------------------------------------------------------
 
 // What is needed to tell whether a block is held as a whole.
 typedef struct block_sum {
@@ -201,7 +199,6 @@ static nmm_status write_outline(nmm_output *output, const nmm_model *m) {
 }
 
 // --- Tables that grow with the steps
-// -------------------------------------------------------------
 
 // A dataset's name from a monitor's: no slash, nothing invisible, not too long, none twice.
 static nmm_status name_monitor(nmm_output *output, const nmm_model *m, int k) {

@@ -20,7 +20,6 @@
 #define WRITE_EVERY 1.0
 
 // --- Lock and names
-// ------------------------------------------------------------------------------
 
 static nmm_status fail_file(nmm_output *output, int error) {
     return nmm_fail(&output->context, NMM_ERROR_FILE, "cannot write %s: %s", output->path,
@@ -66,7 +65,6 @@ static void drop_lock(nmm_output *output) {
 }
 
 // --- Frames and rows
-// -----------------------------------------------------------------------------
 
 static nmm_status append_frame(nmm_output *output, nmm_sim *sim) {
     nmm_h5 *h5 = &output->h5;
@@ -174,7 +172,6 @@ static bool is_due(nmm_output *output, double time) {
 }
 
 // --- Creation
-// ------------------------------------------------------------------------------------
 
 // A small file beside the run's that viewers open as the contacts.
 static nmm_status write_pointer(nmm_output *output) {

@@ -13,7 +13,6 @@
 #include <sys/stat.h>
 
 // --- Base64
-// --------------------------------------------------------------------------------------
 
 // Bytes that wait for a group of three.
 typedef struct base64 {
@@ -51,7 +50,6 @@ static void finish_bytes(base64 *b) {
 }
 
 // --- Arrays
-// --------------------------------------------------------------------------------------
 
 typedef enum number { FLOAT32, FLOAT64, INT32, INT64, UINT8 } number;
 
@@ -140,7 +138,6 @@ static void put_index(nmm_replacement *file, const char *name, number kind, int 
 }
 
 // --- Files
-// ---------------------------------------------------------------------------------------
 
 static void put_head(nmm_replacement *file, const char *type) {
     const uint16_t probe = 1;
@@ -215,7 +212,6 @@ static void put_contacts(nmm_replacement *file, const nmm_file_frame *frame, con
 }
 
 // --- Export
-// --------------------------------------------------------------------------------------
 
 typedef struct export {
     nmm_file *file;

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-// --- Domain -------------------------------------------------------------------------------------
+// --- Domain
 
 // Entries of a list as areas; `material` says whether they have one. *all_good: none was wrong.
 static nmm_status build_areas(nmm_builder *b, const raw_list *list, bool material,
@@ -81,7 +81,7 @@ nmm_status nmm_build_domain(nmm_builder *b) {
     return check_inside(b, scene->n_region, scene->region, "region");
 }
 
-// --- Blocks -------------------------------------------------------------------------------------
+// --- Blocks
 
 static bool repeats(const raw_area *raw) {
     const raw_head *head = &raw->repeat.head;

@@ -14,7 +14,7 @@ static nmm_status note_number(nmm_builder *b, const char *path, double value, co
     return nmm_note(b->reader, path, text, why);
 }
 
-// --- Settings -----------------------------------------------------------------------------------
+// --- Settings
 
 static nmm_status check_time(nmm_builder *b) {
     const raw_time *raw = &b->raw->time;
@@ -76,7 +76,7 @@ static void copy_settings(nmm_builder *b) {
     s->out_contact = (raw->output.fields & 8) != 0;
 }
 
-// --- Initial stress and base motion -------------------------------------------------------------
+// --- Initial stress and base motion
 
 // Keys of one kind of initial stress do not go with the other.
 static nmm_status check_initial(nmm_builder *b, const raw_head *head, bool gravity) {
@@ -120,7 +120,7 @@ static nmm_status build_base_motion(nmm_builder *b) {
     return nmm_build_history(b, &raw->acceleration, "acceleration", &b->scene->base_motion);
 }
 
-// --- All ----------------------------------------------------------------------------------------
+// --- All
 
 static nmm_status note_filled(nmm_builder *b) {
     char why[80];

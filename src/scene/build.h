@@ -23,7 +23,7 @@ typedef struct nmm_builder {
 /// The checked scene from the raw one; mistakes are collected.
 nmm_status nmm_scene_build(nmm_reader *reader, const raw_scene *raw);
 
-// --- names.c ------------------------------------------------------------------------------------
+// --- names.c
 
 nmm_status nmm_build_materials(nmm_builder *b);
 /// Interfaces; entry 0 is the scene's default.
@@ -40,7 +40,7 @@ nmm_status nmm_build_check_names(nmm_builder *b, const raw_list *list, size_t na
 nmm_status nmm_build_name(nmm_builder *b, const char *name, const char *what, int number,
                           const char **result);
 
-// --- shape.c ------------------------------------------------------------------------------------
+// --- shape.c
 
 /// A polygon's rows as a simple counter-clockwise area; *good is false after a complaint.
 nmm_status nmm_build_polygon(nmm_builder *b, const raw_rows *rows, nmm_scene_area *area,
@@ -55,7 +55,7 @@ bool nmm_area_holds(const nmm_scene_area *area, nmm_vec2 point);
 /// Do two areas have a point in common?
 bool nmm_areas_meet(const nmm_scene_area *a, const nmm_scene_area *b);
 
-// --- joints.c, blocks.c, places.c ---------------------------------------------------------------
+// --- joints.c, blocks.c, places.c
 
 nmm_status nmm_build_joints(nmm_builder *b);
 nmm_status nmm_build_domain(nmm_builder *b);

@@ -17,7 +17,7 @@
 // Columns of a source line that are shown.
 #define LINE_WIDTH 100
 
-// --- Collecting ---------------------------------------------------------------------------------
+// --- Collecting
 
 nmm_status nmm_complain(nmm_reader *reader, nmm_mark mark, const char *format, ...) {
     reader->scene->n_error += 1;
@@ -58,7 +58,7 @@ nmm_status nmm_note(nmm_reader *reader, const char *path, const char *value, con
     return nmm_text_add(reader->context, &reader->note, "%s = %s: %s\n", path, value, why);
 }
 
-// --- Words --------------------------------------------------------------------------------------
+// --- Words
 
 nmm_excerpt nmm_excerpt_of(const char *text) {
     enum { SHOWN = 40 };
@@ -121,7 +121,7 @@ nmm_excerpt nmm_hint(const char *text, int n, const char *const *candidate) {
     return hint;
 }
 
-// --- Printing -----------------------------------------------------------------------------------
+// --- Printing
 
 // Text of the file or of an override, without a byte order mark.
 static const char *source_text(const nmm_scene *scene, nmm_mark mark, size_t *length) {
@@ -212,7 +212,7 @@ nmm_status nmm_complaint_print(nmm_context *context, const nmm_scene *scene, nmm
     return print_line(context, line, length, mark.column, text);
 }
 
-// --- The end ------------------------------------------------------------------------------------
+// --- The end
 
 static int compare_complaints(const void *a, const void *b) {
     const nmm_complaint *p = a, *q = b;

@@ -31,7 +31,7 @@ typedef struct layout {
     bool full;              // the limit was met
 } layout;
 
-// --- Traces -------------------------------------------------------------------------------------
+// --- Traces
 
 // Part of the segment a + t (b - a) inside the box, in t[2]; false: nothing.
 static bool clip_to_box(nmm_box box, nmm_vec2 a, nmm_vec2 b, double t[2]) {
@@ -153,7 +153,7 @@ static nmm_status cut_trace(nmm_builder *b, layout *set, int *capacity, nmm_vec2
     return NMM_OK;
 }
 
-// --- Lines --------------------------------------------------------------------------------------
+// --- Lines
 
 // Evenly distributed between -1 and 1; depends on seed, line, trace and purpose only.
 static double random_of(const layout *set, double line, double trace, int purpose) {
@@ -251,7 +251,7 @@ static nmm_status lay_set(nmm_builder *b, layout *set, int *capacity) {
                         set->box.high.x - set->box.low.x, set->box.high.y - set->box.low.y);
 }
 
-// --- Sets ---------------------------------------------------------------------------------------
+// --- Sets
 
 static nmm_status read_inside(nmm_builder *b, layout *set, bool *good) {
     const raw_set *raw = set->raw;
@@ -320,7 +320,7 @@ static nmm_status build_set(nmm_builder *b, int k, int *capacity) {
     return lay_set(b, &set, capacity);
 }
 
-// --- Single joints ------------------------------------------------------------------------------
+// --- Single joints
 
 static nmm_status check_polyline(nmm_builder *b, const raw_rows *rows,
                                  const nmm_scene_joint *joint) {

@@ -35,7 +35,7 @@
 
 #define MAX_CORNERS 20000
 
-// --- Geometry -----------------------------------------------------------------------------------
+// --- Geometry
 
 static const nmm_key circle_keys[] = {
     {"center", KEY(raw_circle, center), POINT, .required = true, .meaning = "centre"},
@@ -153,7 +153,7 @@ static const nmm_object set_object =
     OBJECT("joint_sets", set_keys, raw_set,
            .meaning = "Parallel joints over the domain, or over part of it.");
 
-// --- Materials ----------------------------------------------------------------------------------
+// --- Materials
 
 static const nmm_word plane_words[] = {
     {"strain", NMM_PLANE_STRAIN, false}, {"stress", NMM_PLANE_STRESS, false}, {NULL, 0, false}};
@@ -196,7 +196,7 @@ static const nmm_object interface_object = OBJECT(
     .meaning = "Mohr-Coulomb laws of joints and contacts. Cohesion and tensile strength hold "
                "until they are broken for the first time.");
 
-// --- Covers, supports, loads --------------------------------------------------------------------
+// --- Covers, supports, loads
 
 static const nmm_word order_words[] = {
     {"0", 0, false}, {"1", 1, true}, {"2", 2, true}, {NULL, 0, false}};
@@ -284,7 +284,7 @@ static const nmm_key base_keys[] = {
 static const nmm_object base_object =
     OBJECT("base_motion", base_keys, raw_base, .meaning = "An earthquake at all supports.");
 
-// --- Settings -----------------------------------------------------------------------------------
+// --- Settings
 
 static const nmm_word contact_words[] = {{"penalty", NMM_CONTACT_PENALTY, false},
                                          {"augmented", NMM_CONTACT_AUGMENTED, false},
@@ -409,7 +409,7 @@ static const nmm_key output_keys[] = {
 static const nmm_object output_object =
     OBJECT("output", output_keys, raw_output, .noted = true, .meaning = "The run file.");
 
-// --- The whole ----------------------------------------------------------------------------------
+// --- The whole
 
 static const nmm_word version_words[] = {{"1", 1, false}, {NULL, 0, false}};
 

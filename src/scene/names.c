@@ -15,7 +15,7 @@
 // The friction of contacts when a scene says nothing [degrees].
 #define DEFAULT_FRICTION 30.0
 
-// --- Materials ----------------------------------------------------------------------------------
+// --- Materials
 
 nmm_status nmm_build_materials(nmm_builder *b) {
     nmm_context *context = b->reader->context;
@@ -87,7 +87,7 @@ nmm_status nmm_build_material_of(nmm_builder *b, const raw_head *head, const cha
                         list_names(scene->n_material, scene->material_name).text);
 }
 
-// --- Interfaces ---------------------------------------------------------------------------------
+// --- Interfaces
 
 static double tangent(double degrees) {
     return tan(degrees * (PI / 180));
@@ -183,7 +183,7 @@ nmm_status nmm_build_interface_of(nmm_builder *b, const raw_head *head, const ch
                         list_names(n, scene->interface_name).text);
 }
 
-// --- Names of entries ---------------------------------------------------------------------------
+// --- Names of entries
 
 typedef struct name_place {
     const char *name;

@@ -12,7 +12,7 @@
 static nmm_status read_object(nmm_reader *reader, const nmm_object *object, const nmm_node *node,
                               const char *path, raw_head *target);
 
-// --- Heads --------------------------------------------------------------------------------------
+// --- Heads
 
 static uint64_t bit_of(const raw_head *head, const char *key) {
     const int k = nmm_key_index(head->object, key);
@@ -52,7 +52,7 @@ static nmm_status join(nmm_reader *reader, const char *path, const char *key, co
     return NMM_OK;
 }
 
-// --- Defaults -----------------------------------------------------------------------------------
+// --- Defaults
 
 // A default's text as a node: a scalar, or a flat list in brackets.
 static nmm_status make_node(nmm_reader *reader, const char *text, nmm_node **made) {
@@ -106,7 +106,7 @@ static nmm_status set_defaults(nmm_reader *reader, raw_head *head) {
     return NMM_OK;
 }
 
-// --- Keys ---------------------------------------------------------------------------------------
+// --- Keys
 
 // A misspelt key counts as given, so that it is not called missing too.
 static nmm_status complain_unknown(nmm_reader *reader, raw_head *head, const nmm_node *node) {
@@ -171,7 +171,7 @@ static nmm_status check_required(nmm_reader *reader, const raw_head *head) {
     return NMM_OK;
 }
 
-// --- Lists and named maps -----------------------------------------------------------------------
+// --- Lists and named maps
 
 static nmm_status read_list(nmm_reader *reader, const nmm_key *key, const nmm_node *node,
                             raw_list *list, bool *good) {

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-// --- Histories ----------------------------------------------------------------------------------
+// --- Histories
 
 nmm_status nmm_build_history(nmm_builder *b, const raw_rows *rows, const char *key,
                              nmm_history *history) {
@@ -38,7 +38,7 @@ static nmm_status take_history(nmm_builder *b, const raw_place *raw, const char 
     return NMM_OK;
 }
 
-// --- Places -------------------------------------------------------------------------------------
+// --- Places
 
 static nmm_status check_ends(nmm_builder *b, const raw_place *raw, const char *key, nmm_vec2 p,
                              nmm_vec2 q) {
@@ -97,7 +97,7 @@ static nmm_status read_place(nmm_builder *b, const raw_place *raw, bool load, pl
     return check_block(b, raw);
 }
 
-// --- Supports -----------------------------------------------------------------------------------
+// --- Supports
 
 // A motion along a direction that is free would be lost.
 static nmm_status check_motion(nmm_builder *b, const raw_place *raw) {
@@ -131,7 +131,7 @@ static nmm_status build_support(nmm_builder *b, const raw_place *raw) {
     return NMM_OK;
 }
 
-// --- Loads --------------------------------------------------------------------------------------
+// --- Loads
 
 // A force belongs to a point, a traction to a segment.
 static nmm_status check_value(nmm_builder *b, const raw_place *raw, bool point) {
@@ -161,7 +161,7 @@ static nmm_status build_load(nmm_builder *b, const raw_place *raw) {
     return NMM_OK;
 }
 
-// --- Monitors -----------------------------------------------------------------------------------
+// --- Monitors
 
 static nmm_status build_monitor(nmm_builder *b, const raw_monitor *raw, int number) {
     if (raw->head.node->kind != NMM_NODE_MAP) return NMM_OK;
@@ -178,7 +178,7 @@ static nmm_status build_monitor(nmm_builder *b, const raw_monitor *raw, int numb
     return NMM_OK;
 }
 
-// --- All ----------------------------------------------------------------------------------------
+// --- All
 
 static nmm_status make_room(nmm_builder *b) {
     nmm_context *context = b->reader->context;

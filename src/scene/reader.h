@@ -43,7 +43,7 @@ typedef struct nmm_reader {
 /// Bytes of the UTF-8 character at `bytes` and its code; 0: `left` bytes hold none.
 int nmm_utf8_decode(const char *bytes, size_t left, unsigned *code);
 
-// --- Mistakes and notes -------------------------------------------------------------------------
+// --- Mistakes and notes
 
 /// Collect a mistake at `mark` (printf format).
 nmm_status nmm_complain(nmm_reader *reader, nmm_mark mark, const char *format, ...)

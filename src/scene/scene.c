@@ -73,7 +73,7 @@ nmm_status nmm_scene_parse(nmm_context *context, nmm_scene *scene, const char *p
     return status;
 }
 
-// --- Files --------------------------------------------------------------------------------------
+// --- Files
 
 // `path` at the head of the context's error.
 static nmm_status fail_file(nmm_context *context, const char *path, const char *what) {

@@ -13,7 +13,7 @@
 
 #define PI 3.14159265358979323846
 
-// --- Boxes --------------------------------------------------------------------------------------
+// --- Boxes
 
 nmm_box nmm_box_empty(void) {
     return (nmm_box){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
@@ -35,7 +35,7 @@ bool nmm_boxes_meet(nmm_box a, nmm_box b) {
     return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y;
 }
 
-// --- Segments -----------------------------------------------------------------------------------
+// --- Segments
 
 // Which side of a -> b the point c lies on: sign of (b - a) x (c - a).
 static int side_of(nmm_vec2 a, nmm_vec2 b, nmm_vec2 c) {
@@ -50,7 +50,7 @@ static bool segments_meet(nmm_vec2 a, nmm_vec2 b, nmm_vec2 c, nmm_vec2 d) {
     return side_of(a, b, c) * side_of(a, b, d) <= 0 && side_of(c, d, a) * side_of(c, d, b) <= 0;
 }
 
-// --- Areas --------------------------------------------------------------------------------------
+// --- Areas
 
 bool nmm_area_holds(const nmm_scene_area *area, nmm_vec2 point) {
     bool inside = false;
@@ -77,7 +77,7 @@ bool nmm_areas_meet(const nmm_scene_area *a, const nmm_scene_area *b) {
     return false;
 }
 
-// --- Polygons -----------------------------------------------------------------------------------
+// --- Polygons
 
 typedef struct edge_span {
     double low, high; // along x

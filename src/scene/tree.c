@@ -28,7 +28,7 @@ typedef struct builder {
     bool wrong;
 } builder;
 
-// --- Nodes --------------------------------------------------------------------------------------
+// --- Nodes
 
 void nmm_node_append(nmm_node *parent, nmm_node *node) {
     node->parent = parent;
@@ -73,7 +73,7 @@ nmm_excerpt nmm_node_describe(const nmm_node *node) {
     return shown;
 }
 
-// --- Building -----------------------------------------------------------------------------------
+// --- Building
 
 static nmm_mark place_of(const builder *b, yaml_mark_t mark) {
     nmm_mark place = {.source = b->start.source};
@@ -209,7 +209,7 @@ static nmm_status take_event(builder *b, const yaml_event_t *event) {
     }
 }
 
-// --- Syntax errors ------------------------------------------------------------------------------
+// --- Syntax errors
 
 // Behind the last character that is not blank.
 static nmm_mark end_of(const builder *b, const char *text, size_t length) {

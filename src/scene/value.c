@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-// --- Messages -----------------------------------------------------------------------------------
+// --- Messages
 
 // What a message calls a number of the key.
 static nmm_excerpt label_of(const nmm_key *key) {
@@ -66,7 +66,7 @@ static nmm_status list_words(nmm_reader *reader, const nmm_word *word, const cha
     return status;
 }
 
-// --- Numbers ------------------------------------------------------------------------------------
+// --- Numbers
 
 // A unit that is not known: which are, and which one was probably meant.
 static nmm_status complain_unit(nmm_reader *reader, const nmm_key *key, const nmm_node *node,
@@ -157,7 +157,7 @@ static nmm_status read_number(nmm_reader *reader, const nmm_key *key, int column
     return check_number(reader, key, node, dimension, number.value, good);
 }
 
-// --- Rows of numbers ----------------------------------------------------------------------------
+// --- Rows of numbers
 
 static nmm_status read_row(nmm_reader *reader, const nmm_key *key, const nmm_node *node,
                            double *value, bool *good) {
@@ -233,7 +233,7 @@ static nmm_status read_polygons(nmm_reader *reader, const nmm_key *key, const nm
     return NMM_OK;
 }
 
-// --- Words --------------------------------------------------------------------------------------
+// --- Words
 
 static nmm_status read_text(nmm_reader *reader, const nmm_key *key, const nmm_node *node,
                             const char **value, bool *good) {
@@ -302,7 +302,7 @@ static nmm_status read_words(nmm_reader *reader, const nmm_key *key, const nmm_n
     return NMM_OK;
 }
 
-// --- Any ----------------------------------------------------------------------------------------
+// --- Any
 
 nmm_status nmm_value_read(nmm_reader *reader, const nmm_key *key, const nmm_node *node,
                           void *target, bool *good) {

@@ -22,7 +22,6 @@
 #define RECURSION_MARGIN 0.9
 
 // --- Kernels: the matrix
-// -------------------------------------------------------------------------
 
 // y = one block row of K x.
 static inline void multiply_row(const int *row_start, const int *col, const double *value,
@@ -120,7 +119,6 @@ static void sweep_measured(const nmm_solver *s, const double *from, double *to, 
 }
 
 // --- Kernels: vectors
-// ----------------------------------------------------------------------------
 
 // u += alpha p, r -= alpha q; terms of r.D^-1 r and r.r.
 static void advance(const nmm_solver *s) {
@@ -198,7 +196,6 @@ static void measure_change(const nmm_solver *s) {
 }
 
 // --- Kernels: sums and scalars
-// -------------------------------------------------------------------
 
 static inline int chunks_of(int n_row) {
     return (n_row + NMM_SOLVE_CHUNK - 1) / NMM_SOLVE_CHUNK;
@@ -302,7 +299,6 @@ static void find_turn(const nmm_solver *s) {
 }
 
 // --- Batches
-// -------------------------------------------------------------------------------------
 
 static void pcg_batch(const nmm_solver *s, int n) {
     BATCH {
@@ -331,7 +327,6 @@ static void jacobi_batch(const nmm_solver *s, int n, double damping) {
 }
 
 // --- Control
-// -------------------------------------------------------------------------------------
 
 // |f - K u| as it truly is.
 static double true_norm(const nmm_solver *s) {

@@ -57,7 +57,6 @@ const char *nmm_solve_end_name(nmm_solve_end end) {
 }
 
 // --- The object
-// ----------------------------------------------------------------------------------
 
 nmm_status nmm_solver_create(nmm_context *context, nmm_solver **solver, int max_row, int max_block,
                              bool staged) {
@@ -103,7 +102,6 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
 }
 
 // --- Options and sizes
-// ----------------------------------------------------------------------------
 
 static nmm_status check_options(nmm_context *context, const nmm_solve_options *o) {
     if (!((int)o->method >= NMM_SOLVE_AUTO && o->method <= NMM_SOLVE_GAUSS_SEIDEL)) {
@@ -169,7 +167,6 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
 }
 
 // --- Checks of the system
-// -------------------------------------------------------------------------
 
 // Row whose columns are not ascending within the matrix, or whose diagonal is elsewhere; -1: none.
 static int bad_pattern_row(const nmm_bsr *K, int n_block) {
@@ -232,7 +229,6 @@ static nmm_solve_end take_rows(nmm_solver *s, const nmm_bsr *K, int *row_of_trou
 }
 
 // --- Scaling
-// -------------------------------------------------------------------------------------
 
 // f into solver->f, scaled; returns the row of a number that is not finite, or -1.
 static int take_right_hand_side(nmm_solver *s, const double *f) {
@@ -274,7 +270,6 @@ static void take_matrix(nmm_solver *s, const nmm_bsr *K) {
 }
 
 // --- Before and after
-// -----------------------------------------------------------------------------
 
 static bool end_early(nmm_solver *s, nmm_solve_report *report, nmm_solve_end end, int row) {
     report->end = end;

@@ -12,7 +12,6 @@
 #include <math.h>
 
 // --- Elements
-// ----------------------------------------------------------------------------------------
 
 // Stored energies at the end of the step, and work of inner forces over it [J].
 typedef struct element_sums {
@@ -85,7 +84,6 @@ static element_sums sum_elements(const nmm_sim *sim, double h) {
 }
 
 // --- Supports, contacts, loads
-// ------------------------------------------------------------------------
 
 // Energy in the springs of supports.
 static double support_energy(const nmm_sim *sim) {
@@ -155,7 +153,6 @@ static double load_work(const nmm_sim *sim) {
 }
 
 // --- The ledger
-// ------------------------------------------------------------------------------------------
 
 void nmm_ledger_start(nmm_sim *sim) {
     const element_sums sums = sum_elements(sim, 0);

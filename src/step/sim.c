@@ -14,7 +14,6 @@ nmm_sim_def nmm_default_sim_def(void) {
 }
 
 // --- Create
-// ------------------------------------------------------------------------------------------
 
 static nmm_status read_scene(nmm_sim *sim, const nmm_sim_def *def) {
     if (def->path == NULL) {
@@ -138,7 +137,6 @@ void nmm_sim_destroy(nmm_sim *sim) {
 }
 
 // --- Questions
-// -----------------------------------------------------------------------------------------
 
 const nmm_error *nmm_sim_error(const nmm_sim *sim) {
     static const nmm_error no_memory = {.status = NMM_ERROR_MEMORY, .message = "out of memory"};

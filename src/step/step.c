@@ -20,7 +20,6 @@ void nmm_sim_clock(nmm_sim *sim, double *phase) {
 }
 
 // --- Parts of a step
-// --------------------------------------------------------------------------------
 
 static nmm_status save_start(nmm_sim *sim) {
     const nmm_model *model = &sim->model;
@@ -161,7 +160,6 @@ static nmm_status accept_step(nmm_sim *sim, double h) {
 }
 
 // --- Step size
-// -------------------------------------------------------------------------------------------
 
 // Length of the next try: as wished, and the last step ends on the scene's end.
 static double choose_length(const nmm_sim *sim) {
@@ -224,7 +222,6 @@ static nmm_status settle_step(nmm_sim *sim, double *h) {
 }
 
 // --- The step
-// ----------------------------------------------------------------------------------------------
 
 static nmm_status do_step(nmm_sim *sim) {
     nmm_step_report *report = &sim->report;

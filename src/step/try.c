@@ -12,7 +12,6 @@
 #include <string.h>
 
 // --- Parts of a pass
-// --------------------------------------------------------------------------------
 
 static void restore_start(nmm_sim *sim) {
     const nmm_model *model = &sim->model;
@@ -155,7 +154,6 @@ static double largest_move(const nmm_sim *sim) {
 }
 
 // --- When is it settled?
-// ------------------------------------------------------------------------------
 
 static double unbalance(const nmm_sim *sim) {
     const double *r = sim->system.residual;
@@ -257,7 +255,6 @@ static const char *name_of_end(nmm_solve_end end) {
 }
 
 // --- The loop
-// --------------------------------------------------------------------------------------------
 
 // What the passes of one try remember.
 typedef struct passes {
@@ -291,7 +288,6 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
 }
 
 // --- Line search
-// -----------------------------------------------------------------------------------------
 
 // Work of the unbalanced forces along the change: falls from positive through zero where they
 // balance best.
@@ -336,7 +332,6 @@ static void go_along(nmm_sim *sim, passes *p, const nmm_step_state *step) {
 }
 
 // --- The loop
-// --------------------------------------------------------------------------------------------
 
 // One linear solve, applied; leaves the residual there. *outcome says when the solve missed its
 // tolerance or the step went too far.

@@ -10,7 +10,6 @@
 #include <string.h>
 
 // --- Loads and supports
-// --------------------------------------------------------------------------------
 
 void nmm_system_load(nmm_system *system, const nmm_model *model, double time) {
     // The ground's acceleration acts on a body seen from the ground as -a.
@@ -67,7 +66,6 @@ nmm_vec2 nmm_support_reaction(const nmm_model *model, const nmm_state *state, in
 }
 
 // --- Residual
-// --------------------------------------------------------------------------------------------
 
 // Stress and stiffness of each element, eq. (3.8) and (3.10).
 static void elements_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
@@ -189,7 +187,6 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
 }
 
 // --- Matrix
-// ------------------------------------------------------------------------------------------------
 
 static void add_diagonal(double *block, double x, double y) {
     block[0] += x;

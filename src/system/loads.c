@@ -38,7 +38,6 @@ static double distance_to_segment(nmm_vec2 p, nmm_vec2 a, nmm_vec2 b) {
 }
 
 // --- Supports
-// ------------------------------------------------------------------------------------------
 
 typedef struct placing {
     nmm_context *context;
@@ -251,7 +250,6 @@ static nmm_status place_support(placing *p, nmm_scene *scene, const nmm_scene_su
 }
 
 // --- Loads and monitors
-// ----------------------------------------------------------------------------------
 
 static nmm_status add_load(placing *p, int element, nmm_vec2 place, nmm_vec2 force, int history) {
     nmm_model *model = p->model;
@@ -361,7 +359,6 @@ nmm_status nmm_loads_place(nmm_context *context, nmm_scene *scene, nmm_model *mo
 }
 
 // --- Start
-// -------------------------------------------------------------------------------------------------
 
 static void start_stress(const nmm_scene *scene, const nmm_model *model, nmm_state *state) {
     for (int e = 0; e < model->n_element && scene->initial.kind != NMM_INITIAL_NONE; e++) {

@@ -28,7 +28,6 @@ static int find_column(const int *col_of, int begin, int end, int col) {
 }
 
 // --- Constant part
-// -----------------------------------------------------------------------------------
 
 // Columns of row c into scratch, ascending, without repetition; returns how many.
 static int columns_of_cover(const nmm_model *model, int c, int *scratch) {
@@ -166,7 +165,7 @@ void nmm_system_destroy(nmm_context *context, nmm_system *system) {
     *system = (nmm_system){0};
 }
 
-// --- Contacts ------------------------------------------------------------------------------------
+// --- Contacts
 
 static void covers_of_contact(const nmm_model *model, const nmm_contact *contact, int cover[6]) {
     const int *a = model->element_cover + 3 * (long)model->edge_element[contact->vertex];

@@ -17,7 +17,6 @@ static void set_colour(cairo_t *cairo, nmm_colour colour) {
 }
 
 // --- Text
-// ----------------------------------------------------------------------------------------
 
 static void select_font(cairo_t *cairo, double size, bool bold) {
     cairo_select_font_face(cairo, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
@@ -45,7 +44,6 @@ void nmm_draw_text(cairo_t *cairo, double x, double y, const char *text, nmm_tex
 }
 
 // --- Blocks
-// --------------------------------------------------------------------------------------
 
 static void trace_element(const nmm_picture *picture, int e) {
     const nmm_file_geometry *g = picture->geometry;
@@ -150,7 +148,6 @@ void nmm_draw_blocks(const nmm_picture *picture) {
 }
 
 // --- Axes
-// ----------------------------------------------------------------------------------------
 
 static void draw_line(cairo_t *cairo, double x0, double y0, double x1, double y1) {
     cairo_move_to(cairo, x0, y0);
@@ -192,7 +189,6 @@ static void draw_axes(const nmm_picture *picture) {
 }
 
 // --- Colour bar
-// ----------------------------------------------------------------------------------
 
 // Thin strips: a gradient would not follow the colour list exactly in every program.
 static void fill_bar(const nmm_picture *picture) {
@@ -303,7 +299,6 @@ static void draw_bar(const nmm_picture *picture) {
 }
 
 // --- Titles
-// --------------------------------------------------------------------------------------
 
 // Smaller down to 70 %, then cut.
 static void draw_title(const nmm_picture *picture, const char *text, double y, double size,

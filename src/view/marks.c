@@ -29,7 +29,6 @@ static void stroke_cased(cairo_t *cairo, nmm_colour colour, double width, double
 }
 
 // --- Joints and contacts
-// -------------------------------------------------------------------------
 
 static void draw_joints(const nmm_picture *picture, int state, nmm_colour colour) {
     const nmm_file_geometry *g = picture->geometry;
@@ -83,7 +82,6 @@ static void draw_forces(const nmm_picture *picture) {
 }
 
 // --- Supports and loads
-// --------------------------------------------------------------------------
 
 // Page place of a reference place in element e: the shift of the element's nearest corner.
 static nmm_vec2 moved_place(const nmm_picture *picture, int e, double x, double y) {
@@ -317,7 +315,6 @@ void nmm_draw_marks(const nmm_picture *picture) {
 }
 
 // --- Legend
-// --------------------------------------------------------------------------------------
 
 typedef enum symbol { FORCE, OPEN, SLID, SUPPORT, HELD, LOAD } symbol;
 

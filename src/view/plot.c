@@ -14,7 +14,6 @@ nmm_plot_def nmm_default_plot_def(void) {
 }
 
 // --- State of the joints
-// -------------------------------------------------------------------------
 
 // Size of the scene [m]: slips below a part of it are not shown.
 static double scene_side(const nmm_file_geometry *g) {
@@ -118,7 +117,6 @@ static nmm_status find_edge_states(nmm_picture *picture) {
 }
 
 // --- Titles
-// --------------------------------------------------------------------------------------
 
 // Bytes of the character at `c`; 0: none that may be shown, or no UTF-8.
 static int character_size(const unsigned char *c) {
@@ -171,7 +169,6 @@ static void write_titles(nmm_picture *picture) {
 }
 
 // --- The picture
-// ---------------------------------------------------------------------------------
 
 static nmm_status draw(nmm_picture *picture, const char *path, const nmm_plot_def *def) {
     nmm_context *context = nmm_file_context(picture->file);

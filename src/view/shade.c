@@ -37,7 +37,6 @@ static const struct {
 enum { N_FIELD = sizeof field_table / sizeof field_table[0] };
 
 // --- Choice
-// --------------------------------------------------------------------------------------
 
 static double largest_length(int n, const double *vector) {
     double most = 0;
@@ -82,7 +81,6 @@ nmm_status nmm_shade_name(nmm_file *file, const nmm_file_frame *frame,
 }
 
 // --- Values
-// --------------------------------------------------------------------------------------
 
 static const double *vector_of(const nmm_file_frame *frame, quantity kind) {
     if (kind == DISPLACEMENT) return frame->displacement;
@@ -135,7 +133,6 @@ static double area_of(const nmm_file_geometry *g, int e) {
 }
 
 // --- Range
-// ---------------------------------------------------------------------------------------
 
 typedef struct weighed {
     double value, area;

@@ -13,7 +13,7 @@
 
 #include <cairo.h>
 
-// --- Colours ------------------------------------------------------------------------------------
+// --- Colours
 
 typedef struct nmm_colour {
     double r, g, b;
@@ -28,7 +28,7 @@ typedef enum nmm_colours {
 /// Colour at t in [0, 1] (NMM_COLOURS_BLOCKS: colour number t); outside is clamped.
 nmm_colour nmm_colour_at(nmm_colours colours, double t);
 
-// --- The field ----------------------------------------------------------------------------------
+// --- The field
 
 /// What colours the elements.
 typedef struct nmm_shade {
@@ -52,7 +52,7 @@ nmm_status nmm_shade_make(nmm_file *file, const nmm_file_frame *frame,
 void nmm_shade_slopes(const nmm_file_frame *frame, const nmm_file_geometry *geometry,
                       const double *page, nmm_shade *shade);
 
-// --- Scales -------------------------------------------------------------------------------------
+// --- Scales
 
 /// Ticks first, first + step, ... (n of them) inside [low, high]; step is 1, 2 or 5 times a power
 /// of ten.
@@ -64,7 +64,7 @@ nmm_ticks nmm_ticks_of(double low, double high, int at_most);
 /// The text of a tick: as many decimals as the step needs.
 const char *nmm_tick_text(char text[32], double value, double step);
 
-// --- The page -----------------------------------------------------------------------------------
+// --- The page
 
 typedef struct nmm_rect {
     double x, y, width, height; // page; y points down
@@ -118,7 +118,7 @@ double nmm_text_width(cairo_t *cairo, const char *text, double size, bool bold);
 /// One row of the legend, laid out from left to right; returns the lines it needs.
 int nmm_draw_legend(const nmm_picture *picture, bool draw);
 
-// --- Files --------------------------------------------------------------------------------------
+// --- Files
 
 typedef enum nmm_kind { NMM_KIND_PNG, NMM_KIND_SVG, NMM_KIND_PDF } nmm_kind;
 /// NMM_ERROR_ARGUMENT with the known endings in the message.

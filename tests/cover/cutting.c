@@ -34,7 +34,6 @@ static int n_mates(const stage *s) {
 }
 
 // --- Blocks
-// ---------------------------------------------------------------------------------------
 
 static void rectangle_alone(void **state) {
     (void)state;
@@ -180,7 +179,6 @@ static void outline_stays(void **state) {
 }
 
 // --- Holes, regions, several polygons
-// -------------------------------------------------------------
 
 static void hole_with_joint(void **state) {
     (void)state;

@@ -9,7 +9,6 @@
 #include <stdlib.h>
 
 // --- Reference
-// ------------------------------------------------------------------------------------
 
 // A side of an element's polygon, by its points.
 typedef struct side {
@@ -157,7 +156,6 @@ static void check_against_reference(const stage *s) {
 }
 
 // --- Patterns
-// -------------------------------------------------------------------------------------
 
 static double random_in(nmm_random *random, double low, double high) {
     return low + (high - low) * nmm_random_unit(random);

@@ -93,7 +93,6 @@ static void numbers(void **state) {
 }
 
 // --- Memory
-// ---------------------------------------------------------------------------------------
 
 // Fails at one call.
 typedef struct fuse_wire {

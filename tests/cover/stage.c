@@ -109,7 +109,6 @@ void stage_build(stage *s) {
 }
 
 // --- What does not depend on numbering
-// ------------------------------------------------------------
 
 // Sums of hashes do not depend on the order in which things are visited.
 static uint64_t hash_doubles(int n, const double *x) {

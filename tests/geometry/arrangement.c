@@ -42,7 +42,6 @@ static void add_square(work *w, int64_t x, int64_t y, int64_t side) {
 }
 
 // --- Reference
-// ------------------------------------------------------------------------------------
 
 static nmm_ipoint start_of(const nmm_arrangement *a, int half) {
     return a->vertex[a->edge[half]];
@@ -167,7 +166,6 @@ static void check_all(const nmm_arrangement *a) {
 }
 
 // --- Hand-made
-// ------------------------------------------------------------------------------------
 
 static void cross(void **state) {
     (void)state;
@@ -242,7 +240,6 @@ static void families_that_cross(void **state) {
 }
 
 // --- Welding
-// --------------------------------------------------------------------------------------
 
 static void work_weld(work *w, int64_t reach) {
     assert_int_equal(nmm_arrangement_build(&w->context, &w->a, w->n, w->segment, reach), NMM_OK);
@@ -367,7 +364,6 @@ static void nothing(void **state) {
 }
 
 // --- Random
-// ---------------------------------------------------------------------------------------
 
 static int64_t random_below(nmm_random *random, int64_t n) {
     return (int64_t)(nmm_random_next(random) % (uint64_t)n);

@@ -24,7 +24,6 @@ static void must(nmm_status status, const char *what) {
 }
 
 // --- Stand-ins
-// -----------------------------------------------------------------------------------
 
 void nmm_sim_summary(nmm_sim *sim, nmm_summary *summary) {
     *summary = sim->summary;
@@ -55,7 +54,6 @@ nmm_status nmm_sim_monitor(const nmm_sim *sim, int k, nmm_reading *reading) {
 }
 
 // --- Model
-// ---------------------------------------------------------------------------------------
 
 // Weights of the affine triangle a, b, c and its gradients.
 static void set_element(nmm_model *m, int e, const int cover[3], const nmm_vec2 corner[3]) {
@@ -262,7 +260,6 @@ void fixture_create(fixture *f, int nx, int ny) {
 }
 
 // --- Motion
-// --------------------------------------------------------------------------------------
 
 static void move(fixture *f) {
     nmm_sim *sim = f->sim;
@@ -337,7 +334,6 @@ void fixture_destroy(fixture *f) {
 }
 
 // --- Files
-// ---------------------------------------------------------------------------------------
 
 static char folder[400];
 

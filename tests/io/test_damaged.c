@@ -59,7 +59,6 @@ static void save(const char *path, const unsigned char *bytes, size_t size) {
 }
 
 // --- Reading everything
-// --------------------------------------------------------------------------
 
 static bool is_told(nmm_status status, const nmm_error *error, const char *path) {
     if (status == NMM_OK) return true;
@@ -118,7 +117,6 @@ static int read_in_child(const char *path) {
 }
 
 // --- Mutations
-// -----------------------------------------------------------------------------------
 
 static size_t mutate(nmm_random *random, unsigned char *bytes) {
     size_t size = original_size;
@@ -162,7 +160,6 @@ static void test_mutations(void **state) {
 }
 
 // --- Foreign files
-// -------------------------------------------------------------------------------
 
 static void expect_input_error(const char *path, const char *word) {
     nmm_file *file = NULL;

@@ -20,7 +20,6 @@
 #include <unistd.h>
 
 // --- Paths
-// ---------------------------------------------------------------------------------------
 
 static void expect_no_output(const char *path, const char *reason) {
     fixture f;
@@ -97,7 +96,6 @@ static void test_wrong_files(void **state) {
 }
 
 // --- Full disk
-// -----------------------------------------------------------------------------------
 
 // In a child whose files may not grow beyond `limit` bytes: 0 when every error is told as it
 // should be and the file, where there is one, holds only whole frames.
@@ -157,7 +155,6 @@ static void test_full_disk(void **state) {
 }
 
 // --- Killed runs
-// ---------------------------------------------------------------------------------
 
 static void write_for_ever(const char *path) {
     fixture f;
@@ -219,7 +216,6 @@ static void test_killed_run(void **state) {
 }
 
 // --- Locks
-// ---------------------------------------------------------------------------------------
 
 // A child that holds a lock on `path` until it is killed.
 static pid_t hold_lock(const char *path, int kind) {
@@ -297,7 +293,6 @@ static void test_two_runs(void **state) {
 }
 
 // --- Memory
-// --------------------------------------------------------------------------------------
 
 // Every allocation of a whole run fails once.
 static void test_no_memory_to_write(void **state) {

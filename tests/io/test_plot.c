@@ -230,7 +230,6 @@ static void test_titles(void **state) {
 }
 
 // --- Scales
-// --------------------------------------------------------------------------------------
 
 static void test_ticks(void **state) {
     (void)state;

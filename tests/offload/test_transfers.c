@@ -29,7 +29,6 @@
 int nmm_transfer_left_out = -1;
 
 // --- Guarded memory
-// ------------------------------------------------------------------------------
 
 // Exit status where nothing could be tested.
 #define NO_DEVICE 77
@@ -82,7 +81,6 @@ static void *guarding_hook(void *user, void *old, size_t size) {
 }
 
 // --- One run
-// -------------------------------------------------------------------------------------
 
 // Arrays that are still known on the device after close.
 static int count_left_behind(void) {
@@ -109,7 +107,6 @@ static int run_once(bool loud) {
 }
 
 // --- All runs
-// ------------------------------------------------------------------------------------
 
 // Exit status of this program with an argument; 256 or more: a signal.
 static int status_of(const char *program, const char *argument, bool quiet) {

@@ -17,7 +17,7 @@ static nmm_context context = {.n_thread = 1};
 
 #define ADD(text, ...) assert_int_equal(nmm_text_add(&context, text, __VA_ARGS__), NMM_OK)
 
-// --- JSON Schema --------------------------------------------------------------------------------
+// --- JSON Schema
 
 static void add_quoted(nmm_text *out, const char *text) {
     ADD(out, "\"");
@@ -222,7 +222,7 @@ static nmm_text make_schema(void) {
     return out;
 }
 
-// --- Tables of the format -----------------------------------------------------------------------
+// --- Tables of the format
 
 static void add_range(nmm_text *out, nmm_range range) {
     if (!has_range(range)) return;
@@ -345,7 +345,7 @@ static nmm_text make_format(const char *old, int *n_table) {
     return out;
 }
 
-// --- Comparing ----------------------------------------------------------------------------------
+// --- Comparing
 
 static char *read_file(const char *name) {
     char path[512];

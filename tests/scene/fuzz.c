@@ -54,7 +54,7 @@ static int free_all(void **unused) {
     return 0;
 }
 
-// --- Mutations ----------------------------------------------------------------------------------
+// --- Mutations
 
 typedef struct buffer {
     char text[MOST_BYTES];
@@ -137,7 +137,7 @@ static void mutate(buffer *b, nmm_random *random) {
     }
 }
 
-// --- Reading what came out ----------------------------------------------------------------------
+// --- Reading what came out
 
 // Everything that later floors take for granted.
 static void check_scene(const nmm_scene *scene) {
@@ -246,7 +246,7 @@ static void mutated_overrides_never_crash(void **unused) {
     assert_true(n_good > 100);
 }
 
-// --- Memory -------------------------------------------------------------------------------------
+// --- Memory
 
 typedef struct budget {
     long left;

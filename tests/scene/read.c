@@ -41,7 +41,7 @@ static int close_scene(void **unused) {
     return context.n_live == 0 ? 0 : 1;
 }
 
-// --- Defaults -----------------------------------------------------------------------------------
+// --- Defaults
 
 static void minimal_scene_has_defaults(void **unused) {
     (void)unused;
@@ -117,7 +117,7 @@ static void only_interface_is_the_default(void **unused) {
     assert_string_equal(scene.interface_name[1], "a");
 }
 
-// --- Geometry -----------------------------------------------------------------------------------
+// --- Geometry
 
 static void polygons_turn_counter_clockwise(void **unused) {
     (void)unused;
@@ -201,7 +201,7 @@ static void places_and_histories_arrive(void **unused) {
     assert_near(scene.initial.k0, 0.5, 0);
 }
 
-// --- Overrides ----------------------------------------------------------------------------------
+// --- Overrides
 
 static void overrides_replace_and_add(void **unused) {
     (void)unused;
@@ -273,7 +273,7 @@ static void override_mistakes_name_the_override(void **unused) {
     }
 }
 
-// --- Messages -----------------------------------------------------------------------------------
+// --- Messages
 
 static void messages_look_like_a_compilers(void **unused) {
     (void)unused;

@@ -19,7 +19,6 @@ static void must(nmm_status status) {
 }
 
 // --- Putting a matrix together
-// --------------------------------------------------------------------
 
 void triplets_add(nmm_context *context, triplets *list, int row, int col, const double value[4]) {
     must(nmm_grow(context, &list->item, &list->capacity, list->n + 1, sizeof *list->item));
@@ -77,7 +76,6 @@ void test_system_destroy(nmm_context *context, test_system *system) {
 }
 
 // --- The wall of blocks
-// ---------------------------------------------------------------------------
 
 // Nodes of a triangle and their places.
 typedef struct triangle {
@@ -230,7 +228,6 @@ void test_system_scale(test_system *system, const double *scale) {
 }
 
 // --- References
-// -----------------------------------------------------------------------------------
 
 // Eliminate with row pivoting; `a` is [n][n + 1], the last column the right-hand side.
 static void eliminate(int n, double *a, double *u) {

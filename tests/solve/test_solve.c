@@ -41,7 +41,6 @@ static double difference(int n, const double *a, const double *b) {
 }
 
 // --- Right answers
-// -------------------------------------------------------------------------------
 
 static void check_all_methods(nmm_context *context, const test_system *system, double tolerance) {
     const int n = 2 * system->K.n_row;
@@ -156,7 +155,6 @@ static void test_badly_scaled(void **state) {
 }
 
 // --- Stopping
-// ------------------------------------------------------------------------------------
 
 static void make_wall(nmm_context *context, test_system *system, double courant, bool lumped) {
     const rock wall = {.n_across = 3,
@@ -287,7 +285,6 @@ static void test_stagnation(void **state) {
 }
 
 // --- First guesses
-// -------------------------------------------------------------------------------
 
 static void test_first_guess(void **state) {
     (void)state;

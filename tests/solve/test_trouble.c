@@ -222,7 +222,6 @@ static void test_plain_jacobi(void **state) {
 }
 
 // --- Arguments and memory
-// ------------------------------------------------------------------------
 
 static void expect_refused(const nmm_solve_options *options) {
     fixture x;

@@ -13,7 +13,6 @@
 #include <stdlib.h>
 
 // --- Patch test
-// ------------------------------------------------------------------------------------------
 
 // Gradient of the prescribed displacement u = a + b x + c y, v = d + e x + f y: b c e f.
 static const double slope_of[4] = {2e-2, -1.5e-2, 4e-2, -1e-2};
@@ -90,7 +89,6 @@ static void test_patch_groups(void **state) {
 }
 
 // --- Cutting
-// -------------------------------------------------------------------------------------------
 
 static void test_cutting(void **state) {
     (void)state;
@@ -113,7 +111,6 @@ static void test_cutting(void **state) {
 }
 
 // --- Stiffness
-// -------------------------------------------------------------------------------------------
 
 // The elastic stiffness at rest as a dense matrix [n][n].
 static double *dense_stiffness(nmm_sim *sim, int n) {

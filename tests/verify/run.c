@@ -10,7 +10,6 @@
 static int n_failed;
 
 // --- Runs
-// ------------------------------------------------------------------------------------------------
 
 static void stop(const run *r, const char *scene) {
     const nmm_error *error = nmm_sim_error(r->sim);
@@ -83,7 +82,6 @@ const char *set_text(const char *format, ...) {
 }
 
 // --- Rows
-// ------------------------------------------------------------------------------------------------
 
 static void row(const char *name, double expected, double measured, double error,
                 double tolerance) {

@@ -26,7 +26,6 @@ static const char *friction(double angle) {
 }
 
 // --- Slope of 30 degrees
-// ---------------------------------------------------------------------------------
 
 static const double incline_way[][2] = {{0, 9.810000},  {5, 8.323444},  {10, 6.813954},
                                         {15, 5.257163}, {20, 3.625629}, {25, 1.886771},
@@ -76,7 +75,6 @@ static void test_incline_coarse(void **state) {
 }
 
 // --- Threshold
-// -------------------------------------------------------------------------------------------
 
 static void test_threshold_below(void **state) {
     (void)state;
@@ -110,7 +108,6 @@ static void test_threshold_above(void **state) {
 }
 
 // --- Moving and stopping
-// ---------------------------------------------------------------------------------
 
 static void test_push(void **state) {
     (void)state;

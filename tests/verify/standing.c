@@ -10,7 +10,6 @@
 #define GRAVITY 9.81
 
 // --- Stack
-// ------------------------------------------------------------------------------------------------
 
 // Sum of the normal forces of contacts whose vertex lies at height y.
 static double force_at(const nmm_sim *sim, double y) {
@@ -55,7 +54,6 @@ static void test_stack_drift(void **state) {
 }
 
 // --- Toppling
-// --------------------------------------------------------------------------------------------
 
 static void test_toppling(void **state) {
     (void)state;
@@ -75,7 +73,6 @@ static void test_toppling(void **state) {
 }
 
 // --- Hinged beam
-// -----------------------------------------------------------------------------------------
 
 static double fall_of_beam(double phi) {
     run r = RUN("hinged_beam.yaml", set_text("interfaces.contact.friction_angle=%.17g", phi));
@@ -108,7 +105,6 @@ static void test_hinged_beam(void **state) {
 }
 
 // --- Bonded joint
-// ----------------------------------------------------------------------------------------
 
 typedef struct joint_force {
     double normal, shear; // [N], pressure positive

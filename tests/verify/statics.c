@@ -22,7 +22,6 @@ static double rate_of(int n, const double *h, const double *error) {
 }
 
 // --- Gravity column
-// --------------------------------------------------------------------------------------
 
 #define WEIGHT (2500 * 9.81)
 #define HEIGHT 10.0
@@ -134,7 +133,6 @@ static void test_initial_stress(void **state) {
 }
 
 // --- Cantilever
-// ------------------------------------------------------------------------------------------
 
 #define LENGTH 48.0
 #define DEPTH 12.0
@@ -195,7 +193,6 @@ static void test_cantilever(void **state) {
 }
 
 // --- Contact patch tests
-// ---------------------------------------------------------------------------------
 
 // Largest difference of any element's stress from that of element 0, over the pressure 1e6 Pa. The
 // load stands on the width before it grows: yy of element 0 is checked within 1e-3.

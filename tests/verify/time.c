@@ -11,7 +11,6 @@
 #include <stdlib.h>
 
 // --- Constant forces
-// -------------------------------------------------------------------------------------
 
 static void test_free_fall(void **state) {
     (void)state;
@@ -41,7 +40,6 @@ static void test_projectile(void **state) {
 }
 
 // --- Oscillator
-// ------------------------------------------------------------------------------------------
 
 // Strain of the breathing square: its corners move apart by s strain along x.
 static double breathing(const run *r) {
@@ -83,7 +81,6 @@ static void test_oscillator(void **state) {
 }
 
 // --- Free rotation
-// ---------------------------------------------------------------------------------------
 
 static double area_of(const nmm_sim *sim) {
     const nmm_model *model = &sim->model;
