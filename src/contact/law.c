@@ -105,9 +105,11 @@ static void apply_law(const nmm_interface *law, nmm_contact *c, double rounding)
     slide_or_stick(c, N, T, broken ? law->residual_friction : law->friction, rounding);
 }
 
-// Load of a bond over its strength, eq. (5.8): above 1 it breaks.
+// Load of a bond over its strength, eq. (5.8): above 1 it breaks. Cohesion without tensile strength
+// stands a millionth of itself in tension, so that rounding does not open an unloaded joint.
 static double bond_load(const nmm_interface *law, const nmm_contact *c) {
-    const double N = c->normal_force, pull = law->tensile_strength * c->length;
+    const double pull = nmm_max(law->tensile_strength, 1e-6 * law->cohesion) * c->length;
+    const double N = c->normal_force;
     const double shear = law->cohesion * c->length + law->friction * nmm_max(N, 0);
     const double tension = N < 0 ? -N / pull : 0;
     const double slip = c->shear_force != 0 ? fabs(c->shear_force) / shear : 0;

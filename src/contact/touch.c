@@ -11,7 +11,7 @@
 //
 //   corner: a convex corner in front of an edge that is not parallel, or in front of its end.
 //
-// An overlap that was not there in the last step is looked at twice: is it the far side of
+// An overlap that was not pressed in the last step is looked at again: is it the far side of
 // something thin, or of a corner that is left by another side?
 
 #include "search.h"
