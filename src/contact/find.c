@@ -219,6 +219,14 @@ static void start_list(const nmm_state *state, int n_vertex, int *start) {
     }
 }
 
+// Of the last list, at the places of its last evaluation.
+static double largest_overlap(const nmm_state *state) {
+    double largest = 0;
+    for (int k = 0; k < state->n_contact; k++)
+        largest = nmm_max(largest, -state->contact[k].gap);
+    return largest;
+}
+
 static int count_bonded(const nmm_state *state) {
     int n = 0;
     for (int k = 0; k < state->n_contact; k++)
@@ -232,10 +240,8 @@ static int order_of(const nmm_contact *old, const nmm_raw *raw) {
 }
 
 // Merge the raw contacts with bonded ones that the search did not bring.
-static int make_list(nmm_contact_search *search, const nmm_narrowing *now, int n_raw) {
+static int make_list(nmm_contact_search *search, const nmm_narrowing *now, bool begins, int n_raw) {
     const nmm_state *state = now->state;
-    // A run that goes on from a file has contacts already.
-    const bool begins = !search->started && state->step == 0;
     int n = 0, old = 0;
     for (int i = 0; i < n_raw || old < state->n_contact;) {
         const int order = old >= state->n_contact ? 1
@@ -260,15 +266,22 @@ static int make_list(nmm_contact_search *search, const nmm_narrowing *now, int n
 
 nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
                             const nmm_model *model, nmm_state *state, double reach) {
-    TRY(nmm_pairs_update(context, search, model, state, reach));
+    // A run that goes on from a file has contacts already.
+    const bool begins = !search->started && state->step == 0;
+    const double overlap = begins ? NMM_DEEPEST * model->size : largest_overlap(state);
+    const double near = nmm_max(reach, NMM_SAME * model->size) + overlap;
+    TRY(nmm_pairs_update(context, search, model, state, near));
     start_list(state, model->n_vertex, search->last_start);
-    const nmm_last_list last = {state->contact, search->last_start};
-    const nmm_narrowing now = {.model = model, .state = state, .last = last, .reach = reach};
+    const nmm_narrowing now = {.model = model,
+                               .state = state,
+                               .last = {state->contact, search->last_start},
+                               .reach = reach,
+                               .near = near};
     int n_raw = 0;
     TRY(nmm_narrow(context, search, &now, &n_raw));
     const int most = n_raw + count_bonded(state);
     TRY(nmm_grow(context, &search->next, &search->next_capacity, most, sizeof(nmm_contact)));
-    state->n_contact = make_list(search, &now, n_raw);
+    state->n_contact = make_list(search, &now, begins, n_raw);
     // The two lists change places.
     nmm_contact *const list = search->next;
     const int capacity = search->next_capacity;

@@ -8,17 +8,16 @@
 #include <math.h>
 #include <string.h>
 
-// Boxes of the edges as they are now, nearer than reach?
+// Boxes of the edges as they are now, near enough?
 static bool still_near(const nmm_narrowing *now, nmm_edge_pair pair) {
     const nmm_vec2 p = nmm_vertex_place(now->model, now->state, pair.a);
     const nmm_vec2 q = nmm_vertex_place(now->model, now->state, now->model->vertex_next[pair.a]);
     const nmm_vec2 r = nmm_vertex_place(now->model, now->state, pair.b);
     const nmm_vec2 s = nmm_vertex_place(now->model, now->state, now->model->vertex_next[pair.b]);
-    const double reach = nmm_max(now->reach, NMM_SAME * now->model->size);
-    return nmm_min(p.x, q.x) - nmm_max(r.x, s.x) <= reach &&
-           nmm_min(r.x, s.x) - nmm_max(p.x, q.x) <= reach &&
-           nmm_min(p.y, q.y) - nmm_max(r.y, s.y) <= reach &&
-           nmm_min(r.y, s.y) - nmm_max(p.y, q.y) <= reach;
+    return nmm_min(p.x, q.x) - nmm_max(r.x, s.x) <= now->near &&
+           nmm_min(r.x, s.x) - nmm_max(p.x, q.x) <= now->near &&
+           nmm_min(p.y, q.y) - nmm_max(r.y, s.y) <= now->near &&
+           nmm_min(r.y, s.y) - nmm_max(p.y, q.y) <= now->near;
 }
 
 // Raw contacts of chunk c to `out`, or only counted when that is NULL. Returns how many.
@@ -152,6 +151,10 @@ static nmm_status sort_raw(nmm_context *context, nmm_contact_search *search, int
 
 // --- Sides that share little
 
+static bool faces_other_side(const nmm_contact_search *search, const nmm_raw *raw) {
+    return !raw->corner && search->side[raw->facing] != search->side[raw->edge];
+}
+
 static nmm_side_pair *find_side_pair(nmm_contact_search *search, int size, const nmm_raw *raw) {
     const int x = search->side[raw->facing], y = search->side[raw->edge];
     const int a = nmm_min_int(x, y), b = nmm_max_int(x, y);
@@ -175,13 +178,13 @@ static nmm_status lengthen_short_sides(nmm_context *context, nmm_contact_search 
     memset(search->table, 0, (size_t)size * sizeof(nmm_side_pair));
     for (int k = 0; k < n_raw; k++) {
         const nmm_raw *raw = &search->sorted[k];
-        if (!raw->corner) find_side_pair(search, size, raw)->length += raw->shared;
+        if (faces_other_side(search, raw)) find_side_pair(search, size, raw)->length += raw->shared;
     }
     const double least = NMM_CORNER * model->size;
     for (int k = 0; k < n_raw; k++) {
         nmm_raw *raw = &search->sorted[k];
         raw->spring_length = raw->length + raw->corner_length;
-        if (!raw->corner) {
+        if (faces_other_side(search, raw)) {
             const double length = find_side_pair(search, size, raw)->length;
             if (length < least) raw->spring_length += (least / length - 1) * raw->length;
         }

@@ -47,7 +47,8 @@ typedef struct nmm_narrowing {
     const nmm_model *model;
     const nmm_state *state;
     nmm_last_list last;
-    double reach;
+    double reach; // [m] largest gap that is listed
+    double near;  // [m] the reach and the largest overlap
     nmm_raw *out;
     int n;
 } nmm_narrowing;

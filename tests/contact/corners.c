@@ -64,6 +64,32 @@ static void test_drawn_with_an_overlap(void **unused) {
     bodies_close(&b);
 }
 
+// Drawn deeply into each other, or soft and pressed so: still the same sides, and no way through.
+static void test_deep_overlap(void **unused) {
+    (void)unused;
+    const double deep[] = {0.02, 0.1, 0.3, 0.45};
+    for (int k = 0; k < 8; k++) {
+        const double d = deep[k % 4], y = k < 4 ? -d : 0;
+        const nmm_vec2 lower[4] = BOX(-1, -1, 3, 0), upper[4] = BOX(0, y, 2, 1);
+        const loop loops[2] = {{0, 4, lower}, {1, 4, upper}};
+        bodies b = {0};
+        assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+        if (k < 4) {
+            // Drawn: no force, then as much as is added.
+            step_to(&b, 0, -1e-3, 0.01);
+            assert_close(bodies_force(&b, 1, 0).y, 2e10 * 1e-3, 1e-9);
+        } else {
+            // Pressed in steps.
+            for (double at = 0; at > -d; at -= 0.004)
+                step_to(&b, 0, at, 0.01);
+            step_to(&b, 0, -d, 0.01);
+            assert_close(bodies_force(&b, 1, 0).y, 2e10 * d, 1e-9);
+        }
+        assert_int_equal(count_closed(&b), 2);
+        bodies_close(&b);
+    }
+}
+
 static const nmm_vec2 left_brick[4] = BOX(0, 0, 1, 1), right_brick[4] = BOX(1, 0, 2, 1);
 
 // A brick on the joint of two others presses both down and does not drive them apart.
@@ -398,21 +424,14 @@ static void test_edge_without_length(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_corner_over_corner),
-        cmocka_unit_test(test_drawn_with_an_overlap),
-        cmocka_unit_test(test_side_by_side),
-        cmocka_unit_test(test_running_bond),
-        cmocka_unit_test(test_thin_plates),
-        cmocka_unit_test(test_tip_into_corner),
-        cmocka_unit_test(test_tip_past_corner),
-        cmocka_unit_test(test_tip_slides_off),
-        cmocka_unit_test(test_tip_to_tip),
-        cmocka_unit_test(test_tip_in_notch),
-        cmocka_unit_test(test_tip_over_seam),
-        cmocka_unit_test(test_tip_over_bent_seam),
-        cmocka_unit_test(test_crack),
-        cmocka_unit_test(test_no_self_contact),
-        cmocka_unit_test(test_block_in_hole),
+        cmocka_unit_test(test_corner_over_corner),  cmocka_unit_test(test_drawn_with_an_overlap),
+        cmocka_unit_test(test_deep_overlap),        cmocka_unit_test(test_side_by_side),
+        cmocka_unit_test(test_running_bond),        cmocka_unit_test(test_thin_plates),
+        cmocka_unit_test(test_tip_into_corner),     cmocka_unit_test(test_tip_past_corner),
+        cmocka_unit_test(test_tip_slides_off),      cmocka_unit_test(test_tip_to_tip),
+        cmocka_unit_test(test_tip_in_notch),        cmocka_unit_test(test_tip_over_seam),
+        cmocka_unit_test(test_tip_over_bent_seam),  cmocka_unit_test(test_crack),
+        cmocka_unit_test(test_no_self_contact),     cmocka_unit_test(test_block_in_hole),
         cmocka_unit_test(test_edge_without_length),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
