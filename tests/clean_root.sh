@@ -29,7 +29,8 @@ debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1
 [ -z "$apt" ] || cp -rL "$apt/." "$root/etc/apt/"
 [ ! -e /etc/resolv.conf ] || cp -L /etc/resolv.conf "$root/etc/resolv.conf"
 mount -t proc proc "$root/proc" || echo "no /proc inside; going on without"
-trap 'umount "$root/proc" 2>/dev/null || true' EXIT
+mount -t devpts devpts "$root/dev/pts" || echo "no terminals inside; going on without"
+trap 'umount "$root/proc" "$root/dev/pts" 2>/dev/null || true' EXIT
 
 mkdir "$root/nmm"
 git -C "$source" archive HEAD | tar -x -C "$root/nmm"

@@ -12,6 +12,7 @@ each check to notice.
 import argparse
 import os
 import re
+import shutil
 import subprocess
 import sys
 
@@ -313,7 +314,8 @@ def main():
     parser.add_argument("name", choices=CHECKS)
     parser.add_argument("--root", default=os.path.join(os.path.dirname(__file__), "..", ".."))
     parser.add_argument("--library", help="the built libnmm.so")
-    parser.add_argument("--clang-format", default="clang-format", help="the program")
+    parser.add_argument("--clang-format", help="the program",
+                        default=shutil.which("clang-format-14") or "clang-format")
     given = parser.parse_args()
     tree = Tree(given.root)
     CHECKS[given.name](tree, given)
