@@ -102,8 +102,10 @@ static void set_springs(const nmm_contact_search *search, const nmm_model *model
     const double normal = law->normal_stiffness > 0 ? law->normal_stiffness
                                                     : search->options.penalty * both / model->size;
     const double shear = law->shear_stiffness > 0 ? law->shear_stiffness : normal / 2.5;
-    c->normal_stiffness = normal * c->spring_length;
-    c->shear_stiffness = shear * c->spring_length;
+    // A stiffness that the scene gives is a property of the interface: it goes by the true length.
+    const double length = law->normal_stiffness > 0 ? c->length : c->spring_length;
+    c->normal_stiffness = normal * length;
+    c->shear_stiffness = shear * length;
 }
 
 static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model *model,
