@@ -274,12 +274,12 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
     if (p->unbalance[p->n] <= unbalance_allowed(sim, step->h)) {
         *outcome = NMM_TRY_SETTLED;
         const bool broke = nmm_contact_break(&sim->model, &sim->state) > 0;
-        if (!broke && !raise_carried(sim, step)) return TRY_ENDED;
         if (!broke && p->raised >= NMM_MAX_RAISE) {
-            say_why(sim, &p->verdict, "carried forces of supports or contacts do not come to rest");
-            *outcome = NMM_TRY_FORCES;
+            // Forces balance; only an overlap or the give of a support is larger than wished.
+            say_why(sim, &p->verdict, "carried forces have not come to rest");
             return TRY_ENDED;
         }
+        if (!broke && !raise_carried(sim, step)) return TRY_ENDED;
         p->raised += !broke;
         p->n = 1; // the count of passes is for one set of bonds and carried forces
         return LOOK_AGAIN;
