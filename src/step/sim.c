@@ -58,8 +58,23 @@ static nmm_status open_contact(nmm_sim *sim) {
     return nmm_contact_open(&sim->context, &sim->model, &options, &sim->search);
 }
 
+static const char *name_of_method(nmm_method method) {
+    switch (method) {
+    case NMM_METHOD_JACOBI:
+        return "jacobi";
+    case NMM_METHOD_SOR:
+        return "sor";
+    case NMM_METHOD_GAUSS_SEIDEL:
+        return "gauss-seidel";
+    default:
+        return "pcg";
+    }
+}
+
 static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
     sim->backend = nmm_solve_host();
+    snprintf(sim->summary.method, sizeof sim->summary.method, "%s",
+             name_of_method(sim->settings.method));
     snprintf(sim->summary.device, sizeof sim->summary.device, "host");
     snprintf(sim->summary.precision, sizeof sim->summary.precision, "double");
     if (device != NMM_DEVICE_TARGET) return NMM_OK;
@@ -179,19 +194,6 @@ void nmm_sim_interrupt(nmm_sim *sim) {
     if (sim->summary.end == NMM_END_RUNNING) sim->summary.end = NMM_END_INTERRUPTED;
 }
 
-static const char *name_of_method(nmm_method method) {
-    switch (method) {
-    case NMM_METHOD_JACOBI:
-        return "jacobi";
-    case NMM_METHOD_SOR:
-        return "sor";
-    case NMM_METHOD_GAUSS_SEIDEL:
-        return "gauss-seidel";
-    default:
-        return "pcg";
-    }
-}
-
 void nmm_sim_summary(nmm_sim *sim, nmm_summary *summary) {
     nmm_summary *s = &sim->summary;
     s->blocks = sim->model.n_block;
@@ -204,7 +206,6 @@ void nmm_sim_summary(nmm_sim *sim, nmm_summary *summary) {
     s->wall_seconds = nmm_clock() - sim->started;
     s->energy = sim->energy;
     s->state_hash = nmm_state_hash(&sim->model, &sim->state);
-    snprintf(s->method, sizeof s->method, "%s", name_of_method(sim->settings.method));
     *summary = *s;
 }
 
