@@ -40,6 +40,9 @@ static void number_sides(nmm_contact_search *search, const nmm_model *model) {
             if (!on) break;
         } while (search->side[edge] < 0);
     }
+    for (int v = 0; v < model->n_vertex; v++) {
+        if (model->edge_mate[v] >= 0) search->joint_side[search->side[v]] = true;
+    }
 }
 
 nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
@@ -52,6 +55,7 @@ nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
     while (s->n_bucket < model->n_vertex && s->n_bucket < 1 << 28)
         s->n_bucket *= 2;
     TRY(nmm_allocate(context, &s->side, n, sizeof(int)));
+    TRY(nmm_allocate(context, &s->joint_side, n, sizeof(bool)));
     number_sides(s, model);
     TRY(nmm_allocate(context, &s->built_at, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &s->bucket_start, (size_t)s->n_bucket + 1, sizeof(int)));
@@ -65,6 +69,7 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_contact_search *s = *search;
     if (s == NULL) return;
     nmm_release(context, &s->side);
+    nmm_release(context, &s->joint_side);
     nmm_release(context, &s->table);
     nmm_release(context, &s->built_at);
     nmm_release(context, &s->pair);

@@ -151,8 +151,12 @@ static nmm_status sort_raw(nmm_context *context, nmm_contact_search *search, int
 
 // --- Sides that share little
 
-static bool faces_other_side(const nmm_contact_search *search, const nmm_raw *raw) {
-    return !raw->corner && search->side[raw->facing] != search->side[raw->edge];
+// Sides that a joint cut fit each other, and four of them meet at a crossing: there the blocks that
+// face each other across it share no more than a rounding, which must stay as little.
+static bool may_lengthen(const nmm_contact_search *search, const nmm_raw *raw) {
+    if (raw->corner) return false;
+    const int a = search->side[raw->facing], b = search->side[raw->edge];
+    return a != b && !(search->joint_side[a] && search->joint_side[b]);
 }
 
 static nmm_side_pair *find_side_pair(nmm_contact_search *search, int size, const nmm_raw *raw) {
@@ -178,13 +182,13 @@ static nmm_status lengthen_short_sides(nmm_context *context, nmm_contact_search 
     memset(search->table, 0, (size_t)size * sizeof(nmm_side_pair));
     for (int k = 0; k < n_raw; k++) {
         const nmm_raw *raw = &search->sorted[k];
-        if (faces_other_side(search, raw)) find_side_pair(search, size, raw)->length += raw->shared;
+        if (may_lengthen(search, raw)) find_side_pair(search, size, raw)->length += raw->shared;
     }
     const double least = NMM_CORNER * model->size;
     for (int k = 0; k < n_raw; k++) {
         nmm_raw *raw = &search->sorted[k];
         raw->spring_length = raw->length + raw->corner_length;
-        if (faces_other_side(search, raw)) {
+        if (may_lengthen(search, raw)) {
             const double length = find_side_pair(search, size, raw)->length;
             if (length < least) raw->spring_length += (least / length - 1) * raw->length;
         }

@@ -70,6 +70,7 @@ struct nmm_contact_search {
     nmm_contact_options options;
     bool started;     // the first find is done
     int *side;        // [n_vertex] straight side of an edge: its first edge
+    bool *joint_side; // [n_vertex] of a side: a joint made some of it
     double built_for; // [m] distance up to which the pairs are complete at built_at
     double *built_at; // [n_vertex][2] positions when the pairs were made
 

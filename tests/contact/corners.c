@@ -272,6 +272,32 @@ static void test_tip_to_tip(void **unused) {
     bodies_close(&b);
 }
 
+// Four blocks at a crossing of joints that is off by a rounding: those across the crossing share
+// 1e-8 of a side, and carry no more than that.
+static void test_crossing(void **unused) {
+    (void)unused;
+    const double e = 1e-8;
+    const nmm_vec2 sw[5] = {{-1, -1}, {0, -1}, {0, 0}, {-e, 0}, {-1, 0}};
+    const nmm_vec2 se[4] = BOX(0, -1, 1, 0);
+    const nmm_vec2 ne[5] = {{-e, 0}, {0, 0}, {1, 0}, {1, 1}, {-e, 1}};
+    const nmm_vec2 nw[4] = BOX(-1, 0, -e, 1);
+    const loop loops[4] = {{0, 5, sw}, {1, 4, ne}, {2, 4, se}, {3, 4, nw}};
+    bodies b = {0};
+    assert_int_equal(bodies_open(&b, 4, loops, 0.5), NMM_OK);
+    bodies_join(&b, 1);
+    bodies_options(&b, b.options);
+    for (int k = 0; k < 3; k++) {
+        bodies_find(&b, 0.05);
+        bodies_put(&b, 1, 0, -1e-4, 0);
+        bodies_put(&b, 3, 0, -1e-4, 0);
+        bodies_evaluate(&b);
+        bodies_commit(&b, NULL);
+        assert_close(bodies_force(&b, 1, 2).y, 2e10 * 1e-4, 1e-6);
+        assert_near(bodies_force(&b, 1, 0).y, 2e10 * 1e-4 * e, 1e-3);
+    }
+    bodies_close(&b);
+}
+
 // In a notch both sides act, and the tip is carried even below the point where they meet.
 static void test_tip_in_notch(void **unused) {
     (void)unused;
@@ -424,14 +450,23 @@ static void test_edge_without_length(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_corner_over_corner),  cmocka_unit_test(test_drawn_with_an_overlap),
-        cmocka_unit_test(test_deep_overlap),        cmocka_unit_test(test_side_by_side),
-        cmocka_unit_test(test_running_bond),        cmocka_unit_test(test_thin_plates),
-        cmocka_unit_test(test_tip_into_corner),     cmocka_unit_test(test_tip_past_corner),
-        cmocka_unit_test(test_tip_slides_off),      cmocka_unit_test(test_tip_to_tip),
-        cmocka_unit_test(test_tip_in_notch),        cmocka_unit_test(test_tip_over_seam),
-        cmocka_unit_test(test_tip_over_bent_seam),  cmocka_unit_test(test_crack),
-        cmocka_unit_test(test_no_self_contact),     cmocka_unit_test(test_block_in_hole),
+        cmocka_unit_test(test_corner_over_corner),
+        cmocka_unit_test(test_drawn_with_an_overlap),
+        cmocka_unit_test(test_deep_overlap),
+        cmocka_unit_test(test_side_by_side),
+        cmocka_unit_test(test_running_bond),
+        cmocka_unit_test(test_thin_plates),
+        cmocka_unit_test(test_tip_into_corner),
+        cmocka_unit_test(test_tip_past_corner),
+        cmocka_unit_test(test_tip_slides_off),
+        cmocka_unit_test(test_tip_to_tip),
+        cmocka_unit_test(test_crossing),
+        cmocka_unit_test(test_tip_in_notch),
+        cmocka_unit_test(test_tip_over_seam),
+        cmocka_unit_test(test_tip_over_bent_seam),
+        cmocka_unit_test(test_crack),
+        cmocka_unit_test(test_no_self_contact),
+        cmocka_unit_test(test_block_in_hole),
         cmocka_unit_test(test_edge_without_length),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
