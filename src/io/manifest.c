@@ -254,6 +254,7 @@ nmm_status nmm_manifest_write(nmm_output *output, nmm_sim *sim) {
     const nmm_model *m = &sim->model;
     nmm_h5 *h5 = &output->h5;
     TRY(write_origin(output, sim));
+    TRY(write_names(output, NMM_META "/overrides", sim->scene.n_override, sim->scene.override));
     TRY(write_names(output, NMM_META "/materials", sim->scene.n_material,
                     sim->scene.material_name));
     if (m->block_name != NULL)
