@@ -70,6 +70,7 @@ static void print_end(nmm_sim *sim, const arguments *given, const char *path, in
 static int run_scene(nmm_sim *sim, nmm_output **output, const arguments *given, const char *path) {
     interrupt_hold(true);
     const nmm_status created = nmm_output_create(output, sim, path);
+    if (created == NMM_OK) interrupt_names(path);
     interrupt_hold(false);
     if (created != NMM_OK) return message_failure(nmm_output_error(*output), path);
     int status = take_steps(sim, *output, path, given->quiet);
@@ -98,7 +99,7 @@ int command_run(const arguments *given) {
         message_error("nmm run: --output names the scene itself, %s", path);
         return EXIT_USAGE;
     }
-    interrupt_listen(path);
+    interrupt_listen();
     nmm_sim *sim = NULL;
     nmm_output *output = NULL;
     int status = scene_open(&sim, given);

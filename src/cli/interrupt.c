@@ -12,11 +12,13 @@
 
 #include <signal.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 static volatile sig_atomic_t asked;   // times the user asked
 static volatile sig_atomic_t writing; // the run file is being written
-static const char *volatile run_path;
+static const char *volatile run_path; // NULL: there is no run file yet
+static struct timespec first;         // when the user asked first
 
 static void put(const char *text) {
     // Nothing can be done where even this fails.
@@ -25,18 +27,27 @@ static void put(const char *text) {
 
 static void leave(void) {
     put("\nended at once; ");
-    put(run_path);
-    put(" holds the run up to its last frame\n");
+    put(run_path ? run_path : "before the first frame, nothing was saved");
+    put(run_path ? " holds the run up to its last frame\n" : "\n");
     _exit(EXIT_EARLY);
+}
+
+static double seconds_since_first(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)(now.tv_sec - first.tv_sec) + 1e-9 * (double)(now.tv_nsec - first.tv_nsec);
 }
 
 static void on_signal(int signal_number) {
     (void)signal_number;
-    asked = asked + 1;
-    if (asked == 1)
+    if (asked == 0) {
+        clock_gettime(CLOCK_MONOTONIC, &first);
+        asked = 1;
         put("\nending after this step; once more ends at once\n");
-    else if (!writing)
-        leave();
+    } else if (seconds_since_first() > 0.2) {
+        asked = 2;
+        if (!writing) leave();
+    }
 }
 
 /// Listen to one signal, unless whoever started the program had it ignored (nohup, a job in the
@@ -47,16 +58,21 @@ static void listen_to(int signal_number) {
     action.sa_handler = on_signal;
     action.sa_flags = SA_RESTART;
     sigemptyset(&action.sa_mask);
+    sigaddset(&action.sa_mask, SIGINT);
+    sigaddset(&action.sa_mask, SIGTERM);
     if (sigaction(signal_number, NULL, &before) == 0 && before.sa_handler != SIG_IGN)
         sigaction(signal_number, &action, NULL);
 }
 
-void interrupt_listen(const char *path) {
-    run_path = path;
+void interrupt_listen(void) {
     listen_to(SIGINT);
     listen_to(SIGTERM);
     // A full quota shows as a failed write, with its message, not as a killed program.
     signal(SIGXFSZ, SIG_IGN);
+}
+
+void interrupt_names(const char *path) {
+    run_path = path;
 }
 
 bool interrupt_asked(void) {

@@ -354,12 +354,38 @@ class Endings(Case):
             os.unlink(self.at("fall.vtkhdf"))
 
     def test_two_interrupts_end_at_once(self):
-        process = self.start_long()
-        os.kill(process.pid, signal.SIGINT)
-        os.kill(process.pid, signal.SIGTERM)
-        process.communicate(timeout=60)
+        # Seconds for a step, so that the second one comes while the first one waits.
+        process = self.start_long("--set", "covers.size=0.01", "--set", "solver.tolerance=1e-15")
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 1)
+        if "ended at once" in err:
+            self.assertRegex(err, "ended at once; fall.vtkhdf holds the run")
         self.assertEqual(self.info()["end"], "interrupted")
+
+    def test_interrupts_before_the_first_frame(self):
+        process = self.start("run", "fall.yaml", "--set", "covers.size=0.004")
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1, err)
+        if "nothing was saved" in err:
+            self.assertFalse(os.path.exists(self.at("fall.vtkhdf")))
+        else:
+            self.info()
+
+    def test_signals_at_once_count_as_one(self):
+        process = self.start_long("--json")
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGTERM)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1, err)
+        self.assertNotIn("at once;", err)
+        self.assertEqual(strict_json(out)["end"], "interrupted")
 
     def test_interrupts_that_are_ignored_stay_ignored(self):
         process = self.start("run", "fall.yaml", preexec_fn=lambda: signal.signal(
