@@ -3,12 +3,14 @@
 """One scene gives the same bits for any number of threads, and on a device.
 
     same_bits.py threads PROGRAM SCENE...
+    same_bits.py fine PROGRAM SCENE=SIZE...
     same_bits.py device PROGRAM SOURCE BUILD REASON SCENE...
 
-Each scene is run for its first millisecond, and the whole results of `nmm run --json` are compared,
-numbers and state hash, but for places and times.
+The whole results of `nmm run --json` are compared, numbers and state hash, but for places and times.
 
-threads: PROGRAM with 1, 2 and 3 threads.
+threads: the first millisecond with 1, 2 and 3 threads.
+fine: the same for three short steps with covers so small that every loop is shared among threads
+(loops below some thousand turns are not); tells races when PROGRAM has a thread sanitizer.
 device: the preset fake-device is configured in BUILD and its program built. Its runs with
 --device target (which must say that they were on a device) and --device host must equal those of
 PROGRAM, which another compiler built. REASON: why there is no such device here, for exit status 77;
@@ -22,6 +24,8 @@ import sys
 import tempfile
 
 SHORT = ["--set", "time.dt=1e-4", "--set", "time.end=1e-3"]
+SHORTER = ["--set", "time.dt=1e-5", "--set", "time.end=3e-5"]
+SHARED = {"elements": 4097, "covers": 4097, "contacts": 2049}  # from here on loops are shared
 PLACES_AND_TIMES = ("output", "wall_seconds", "phase_seconds")
 
 n_failed = 0
@@ -33,7 +37,7 @@ def run(program, scene, *words):
     environment = {**os.environ, "OMP_WAIT_POLICY": "passive"}
     with tempfile.TemporaryDirectory() as folder:
         command = [program, "run", scene, "--json", "-q", "-o", os.path.join(folder, "run.vtkhdf")]
-        done = subprocess.run(command + SHORT + list(words), env=environment, text=True,
+        done = subprocess.run(command + list(words), env=environment, text=True,
                               capture_output=True, check=False)
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)}: exit status {done.returncode}\n{done.stderr}")
@@ -58,12 +62,28 @@ def head(scene, result):
           f"{result['steps']} steps, {result['solver']['method']}")
 
 
+def compare_threads(program, scene, *words):
+    expected, _ = run(program, scene, "--threads", "1", *words)
+    head(scene, expected)
+    for n_thread in "2", "3":
+        result, _ = run(program, scene, "--threads", n_thread, *words)
+        compare(f"{n_thread} threads", result, expected)
+    return expected
+
+
 def threads(program, *scenes):
     for scene in scenes:
-        expected, _ = run(program, scene, "--threads", "1")
-        head(scene, expected)
-        for n_thread in "2", "3":
-            compare(f"{n_thread} threads", run(program, scene, "--threads", n_thread)[0], expected)
+        compare_threads(program, scene, *SHORT)
+
+
+def fine(program, *scenes):
+    global n_failed
+    for scene, size in (words.split("=") for words in scenes):
+        result = compare_threads(program, scene, *SHORTER, "--set", f"covers.size={size}")
+        for name, least in SHARED.items():
+            if result[name] < least:
+                print(f"FAILED only {result[name]} {name}, {least} needed")
+                n_failed += 1
 
 
 def build_device_program(source, build):
@@ -81,7 +101,7 @@ def device(program, source, build, reason, *scenes):
     device_program = build_device_program(source, build)
     for scene in scenes:
         for method in "pcg", "jacobi":
-            choice = ["--set", f"solver.method={method}"]
+            choice = [*SHORT, "--set", f"solver.method={method}"]
             expected, _ = run(program, scene, "--device", "host", "--threads", "1", *choice)
             head(scene, expected)
             for where in "target", "host":
@@ -93,6 +113,6 @@ def device(program, source, build, reason, *scenes):
 
 
 if __name__ == "__main__":
-    {"threads": threads, "device": device}[sys.argv[1]](*sys.argv[2:])
+    {"threads": threads, "fine": fine, "device": device}[sys.argv[1]](*sys.argv[2:])
     print(f"{n_failed} failed")
     sys.exit(n_failed > 0)
