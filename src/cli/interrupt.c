@@ -67,8 +67,6 @@ static void listen_to(int signal_number) {
 void interrupt_listen(void) {
     listen_to(SIGINT);
     listen_to(SIGTERM);
-    // A full quota shows as a failed write, with its message, not as a killed program.
-    signal(SIGXFSZ, SIG_IGN);
 }
 
 void interrupt_names(const char *path) {

@@ -8,6 +8,7 @@
 #include "message.h"
 #include "options.h"
 
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -119,6 +120,8 @@ static int answer(int n_word, char **word) {
 }
 
 int main(int n_argument, char **argument) {
+    // A full quota shows as a failed write, with its message, not as a killed program.
+    signal(SIGXFSZ, SIG_IGN);
     const int status = answer(n_argument - 1, argument + 1);
     // A result that could not be written is not a result.
     if (fflush(stdout) != 0 || ferror(stdout)) {
