@@ -57,17 +57,20 @@ static bool inside_loop(const nmm_narrowing *now, int edge, nmm_vec2 place) {
 }
 
 // A raw contact before it is listed. `probe` lies on the vertex's side, near the vertex: it must be
-// inside the other block where the two overlap. An overlap deeper than `room` is left sideways.
+// inside the other block where the two overlap. An overlap deeper than `room` is left sideways; of
+// two sides always: what they share is the way past each other, pressed before or not.
 typedef struct candidate {
     int vertex, edge;
     double gap, room;
     nmm_vec2 probe;
+    bool sides;
 } candidate;
 
 // Near enough, and a real overlap if there is one.
 static bool listed(const nmm_narrowing *now, const candidate *c) {
     const nmm_model *model = now->model;
     if (c->gap > now->reach || c->gap < -NMM_DEEPEST * model->size) return false;
+    if (c->sides && -c->gap > c->room) return false;
     if (c->gap >= -NMM_TOUCH * model->size) return true;
     const nmm_contact *old = nmm_contact_history(now, c->vertex, c->edge);
     if (old != NULL && old->mode != NMM_CONTACT_OPEN) return true;
@@ -110,8 +113,9 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
         const bool had_w = nmm_contact_lookup(&now->last, end->w, end->f) != NULL;
         if (had_u != had_w) take_u = had_u;
     }
-    const candidate c = take_u ? (candidate){end->u, end->e, end->gap_u, shared, end->probe_u}
-                               : (candidate){end->w, end->f, end->gap_w, shared, end->probe_w};
+    const candidate c = take_u
+                            ? (candidate){end->u, end->e, end->gap_u, shared, end->probe_u, true}
+                            : (candidate){end->w, end->f, end->gap_w, shared, end->probe_w, true};
     const int facing = take_u ? end->f : end->e;
     add_raw(now, &c,
             (nmm_raw){.length = 0.5 * share * shared, .shared = 0.5 * shared, .facing = facing});
