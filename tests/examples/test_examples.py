@@ -26,7 +26,7 @@ import tempfile
 
 HEAD = "| run | quantity | expected | source |"
 LEDGER = 1e-6  # residual of the energy ledger over its largest term
-PICTURE = 300_000  # bytes
+PICTURE = 200_000  # bytes
 
 
 def read_table(readme):
