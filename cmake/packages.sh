@@ -8,7 +8,7 @@ packages_build="build-essential cmake ninja-build pkg-config libhdf5-dev libyaml
     libcairo2-dev fonts-dejavu-core"
 
 packages_test="libcmocka-dev python3 python3-h5py python3-vtk9 python3-jsonschema python3-yaml
-    clang-14 clang-tools-14 llvm-14 libomp-14-dev clang-format-14 clang-tidy-14
+    clang-14 clang-tools-14 libclang-rt-14-dev llvm-14 libomp-14-dev clang-format-14 clang-tidy-14
     gcc-12-offload-nvptx valgrind"
 
 # True where the package is installed.
