@@ -92,7 +92,8 @@ def run(program, scene, options, quick):
             dt = float(re.search(r"\bdt: ([\d.e+-]+)", file.read())[1])
         options = options + ["--set", f"time.end={4 * dt}"]
     with tempfile.TemporaryDirectory() as folder:
-        command = [program, "run", scene, "--json", "-o", os.path.join(folder, "run.vtkhdf")]
+        command = [program, "run", scene, "--json", "--threads", "1", "-o",
+                   os.path.join(folder, "run.vtkhdf")]
         done = subprocess.run(command + options, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         print(done.stderr, end="")
