@@ -32,8 +32,18 @@ const char *nmm_solve_method_name(nmm_solve_method method) {
         return "sor";
     case NMM_SOLVE_GAUSS_SEIDEL:
         return "gauss_seidel";
+    case NMM_SOLVE_CHEBYSHEV:
+        return "chebyshev";
+    case NMM_SOLVE_DIRECT:
+        return "direct";
     }
     return "unknown";
+}
+
+const char *nmm_solve_blocks_name(nmm_solve_blocks blocks) {
+    static const char *const name[] = {"auto", "cover", "cluster", "body"};
+    const bool known = (int)blocks >= NMM_BLOCKS_AUTO && (int)blocks <= NMM_BLOCKS_BODY;
+    return known ? name[blocks] : "unknown";
 }
 
 const char *nmm_solve_end_name(nmm_solve_end end) {
@@ -104,7 +114,7 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
 // --- Options and sizes
 
 static nmm_status check_options(nmm_context *context, const nmm_solve_options *o) {
-    if (!((int)o->method >= NMM_SOLVE_AUTO && o->method <= NMM_SOLVE_GAUSS_SEIDEL)) {
+    if (!((int)o->method >= NMM_SOLVE_AUTO && o->method <= NMM_SOLVE_DIRECT)) {
         return nmm_fail(context, NMM_ERROR_ARGUMENT, "solver method %d is unknown", (int)o->method);
     }
     if (!(o->tolerance >= 0 && o->absolute >= 0 && o->tolerance < 1 &&

@@ -20,12 +20,27 @@ typedef struct nmm_bsr {
 } nmm_bsr;
 
 typedef enum nmm_solve_method {
-    NMM_SOLVE_AUTO,        // pcg; the report says so
-    NMM_SOLVE_JACOBI,      // 2x2 block Jacobi, damped
-    NMM_SOLVE_PCG,         // conjugate gradients, 2x2 block Jacobi as preconditioner
-    NMM_SOLVE_SOR,         // successive over-relaxation, unknown by unknown (point form); host only
-    NMM_SOLVE_GAUSS_SEIDEL // the same with factor 1; host only
+    NMM_SOLVE_AUTO,   // picked by nmm_solve_report.why
+    NMM_SOLVE_JACOBI, // block Jacobi, damped
+    NMM_SOLVE_PCG,    // conjugate gradients, block Jacobi as preconditioner
+    NMM_SOLVE_SOR,    // successive over-relaxation, unknown by unknown (point form); host only
+    NMM_SOLVE_GAUSS_SEIDEL, // the same with factor 1; host only
+    NMM_SOLVE_CHEBYSHEV,    // block Jacobi with Chebyshev weights: no sums between checks
+    NMM_SOLVE_DIRECT        // sparse Cholesky; host only, needs SuiteSparse at build time
 } nmm_solve_method;
+
+/// The diagonal blocks that jacobi, chebyshev and pcg invert.
+typedef enum nmm_solve_blocks {
+    NMM_BLOCKS_AUTO,
+    NMM_BLOCKS_COVER,   // 2x2, one per block row
+    NMM_BLOCKS_CLUSTER, // up to 8 block rows, so that stiff springs fall inside
+    NMM_BLOCKS_BODY // clusters, and a coarse correction by rigid motions of parts of bodies; pcg
+} nmm_solve_blocks;
+
+typedef enum nmm_solve_precision {
+    NMM_PRECISION_DOUBLE,
+    NMM_PRECISION_MIXED // iterations in float32 inside a float64 residual correction
+} nmm_solve_precision;
 
 typedef enum nmm_solve_end {
     NMM_SOLVE_CONVERGED = 0,
@@ -39,6 +54,15 @@ typedef enum nmm_solve_end {
 
 typedef struct nmm_solve_options {
     nmm_solve_method method;
+    nmm_solve_blocks blocks;
+    nmm_solve_precision precision;
+    // What a coarse correction needs to know of the rows; NULL: not known, no coarse correction.
+    const double *place; // [n_row][2] m: where a block row's two unknowns are displacements of
+    const int *body;     // [n_row] >= 0: rows of one body are connected by its elements
+    // What was prepared for the last system (inverted blocks, coarse factor, direct factor,
+    // measured rates) may serve this one, which differs little. Give false where bits must not
+    // depend on the systems before.
+    bool reuse;
     double tolerance; // |f - K u| <= tolerance * |f|, or `absolute` where that is larger
     double absolute;  // [N] 0: relative only
     // The paper's test, mean |change of u| in a sweep <= tolerance * mean |u|, instead of the
@@ -53,10 +77,16 @@ typedef struct nmm_solve_options {
 typedef struct nmm_solve_report {
     nmm_solve_end end;
     nmm_solve_method method; // the one used; auto says which
+    nmm_solve_blocks blocks;
+    nmm_solve_precision precision; // double where float32 could not reach the tolerance
+    int n_thread;
+    const char *why; // a sentence on what auto chose or mixed fell back to; "" otherwise
+    int setups;      // times blocks or factors were made anew for this solve
     int iterations;
     int row;                // row that caused the trouble, -1: none
     double residual;        // true |f - K u| / |f| of what u holds at the end; -1: not measured
     double lambda_max;      // estimate for D^-1 K, 0: not made
+    double lambda_min;      // the same, chebyshev only
     bool by_average_change; // converged by the paper's test, whatever `residual` is
     bool on_device;         // observed inside the kernels of this solve
 } nmm_solve_report;
@@ -73,7 +103,8 @@ typedef struct nmm_solve_backend {
     /// used. When the solve fails u holds the better of first guess and last iterate.
     /// `keep_pattern`: row_start and col are those of the last call, and need not be sent again.
     /// A solve that fails is no error: see report->end. NMM_ERROR_ARGUMENT: options out of range, a
-    /// system larger than opened for, or a serial method asked of the target.
+    /// system larger than opened for, a serial method asked of the target, or `direct` in a build
+    /// without it.
     nmm_status (*solve)(nmm_context *context, nmm_solver *solver, const nmm_bsr *K, const double *f,
                         double *u, bool keep_pattern, const nmm_solve_options *options,
                         nmm_solve_report *report);
@@ -87,10 +118,15 @@ const nmm_solve_backend *nmm_solve_target(void);
 /// Devices that really run a target region (observed inside one); 0 without offload.
 int nmm_solve_target_devices(void);
 
+/// True in a build with SuiteSparse.
+bool nmm_solve_has_direct(void);
+
 /// auto, tolerance 1e-8, residual test, estimated damping, SOR factor 1.9.
 nmm_solve_options nmm_default_solve_options(void);
 /// "pcg", "sor", ...
 const char *nmm_solve_method_name(nmm_solve_method method);
+/// "cover", "cluster", "body"
+const char *nmm_solve_blocks_name(nmm_solve_blocks blocks);
 /// "converged", "diverged", ... as words for a message.
 const char *nmm_solve_end_name(nmm_solve_end end);
 
