@@ -64,6 +64,8 @@ static void copy_settings(nmm_builder *b) {
     s->mass = (nmm_mass)raw->analysis.mass;
     s->tolerance = raw->analysis.tolerance;
     s->method = (nmm_method)raw->solver.method;
+    s->blocks = (nmm_scene_blocks)raw->solver.blocks;
+    s->precision = (nmm_scene_precision)raw->solver.precision;
     s->solver_tolerance = raw->solver.tolerance;
     s->stop = (nmm_stop)raw->solver.stop;
     s->jacobi_damping = raw->solver.damping;

@@ -344,8 +344,8 @@ static const nmm_word method_words[] = {{"auto", NMM_METHOD_AUTO, false},
                                         {"pcg", NMM_METHOD_PCG, false},
                                         {"sor", NMM_METHOD_SOR, false},
                                         {"gauss-seidel", NMM_METHOD_GAUSS_SEIDEL, false},
-                                        {"chebyshev", -1, true},
-                                        {"direct", -1, true},
+                                        {"chebyshev", NMM_METHOD_CHEBYSHEV, false},
+                                        {"direct", NMM_METHOD_DIRECT, false},
                                         {NULL, 0, false}};
 static const nmm_word stop_words[] = {{"residual", NMM_STOP_RESIDUAL, false},
                                       {"average_change", NMM_STOP_AVERAGE_CHANGE, false},
@@ -354,11 +354,22 @@ static const nmm_word device_words[] = {{"auto", NMM_DEVICE_CHOOSE, false},
                                         {"host", NMM_DEVICE_HOST, false},
                                         {"target", NMM_DEVICE_TARGET, false},
                                         {NULL, 0, false}};
-static const nmm_word precision_words[] = {
-    {"double", 0, false}, {"single", 1, true}, {"mixed", 2, true}, {NULL, 0, false}};
+static const nmm_word blocks_words[] = {{"auto", NMM_SCENE_BLOCKS_AUTO, false},
+                                        {"cover", NMM_SCENE_BLOCKS_COVER, false},
+                                        {"cluster", NMM_SCENE_BLOCKS_CLUSTER, false},
+                                        {"body", NMM_SCENE_BLOCKS_BODY, false},
+                                        {NULL, 0, false}};
+static const nmm_word precision_words[] = {{"double", NMM_SCENE_DOUBLE, false},
+                                           {"mixed", NMM_SCENE_MIXED, false},
+                                           {"single", -1, true},
+                                           {NULL, 0, false}};
 static const nmm_key solver_keys[] = {
     {"method", KEY(raw_solver, method), .kind = NMM_VALUE_CHOICE, .word = method_words,
      .standard = "auto", .why = "chosen by size, contacts and device", .meaning = "linear solver"},
+    {"blocks", KEY(raw_solver, blocks), .kind = NMM_VALUE_CHOICE, .word = blocks_words,
+     .standard = "auto", .why = "chosen by size and contacts",
+     .meaning = "jacobi, chebyshev, pcg: diagonal blocks that are inverted, one for each cover or "
+                "each cluster of covers; body: clusters and the rigid motions of parts of blocks"},
     {"tolerance", KEY(raw_solver, tolerance), .range = FROM_TO(1e-15, 0.1), .standard = "1e-8",
      .why = "well below the force balance asked for", .meaning = "of the stopping test"},
     {"stop", KEY(raw_solver, stop), .kind = NMM_VALUE_CHOICE, .word = stop_words,
@@ -376,7 +387,9 @@ static const nmm_key solver_keys[] = {
      .standard = "auto", .why = "a target where there is one and it pays",
      .meaning = "where the solver runs; target never falls back to the host"},
     {"precision", KEY(raw_solver, precision), .kind = NMM_VALUE_CHOICE, .word = precision_words,
-     .standard = "double", .why = "stiff contacts need the digits", .meaning = "of the solver"},
+     .standard = "double", .why = "stiff contacts need the digits",
+     .meaning = "of the solver; mixed: iterations in single precision inside a correction in "
+                "double, to the same tolerance"},
 };
 static const nmm_object solver_object =
     OBJECT("solver", solver_keys, raw_solver, .noted = true, .meaning = "The linear solver.");

@@ -135,7 +135,7 @@ typedef struct raw_time {
 
 typedef struct raw_solver {
     raw_head head;
-    int method, stop, device, precision;
+    int method, blocks, stop, device, precision;
     double tolerance, damping, factor, max_iterations;
 } raw_solver;
 

@@ -92,8 +92,18 @@ typedef enum nmm_method {
     NMM_METHOD_JACOBI,
     NMM_METHOD_PCG,
     NMM_METHOD_SOR,
-    NMM_METHOD_GAUSS_SEIDEL
+    NMM_METHOD_GAUSS_SEIDEL,
+    NMM_METHOD_CHEBYSHEV,
+    NMM_METHOD_DIRECT
 } nmm_method;
+/// Diagonal blocks of the linear solver (not blocks of rock).
+typedef enum nmm_scene_blocks {
+    NMM_SCENE_BLOCKS_AUTO,
+    NMM_SCENE_BLOCKS_COVER,
+    NMM_SCENE_BLOCKS_CLUSTER,
+    NMM_SCENE_BLOCKS_BODY
+} nmm_scene_blocks;
+typedef enum nmm_scene_precision { NMM_SCENE_DOUBLE, NMM_SCENE_MIXED } nmm_scene_precision;
 typedef enum nmm_stop { NMM_STOP_RESIDUAL, NMM_STOP_AVERAGE_CHANGE } nmm_stop;
 
 /// Everything a user can set that is not geometry. Filled with defaults; `nmm check` prints them.
@@ -108,13 +118,15 @@ typedef struct nmm_scene_settings {
     double dt_min, dt_max; // time.dt_min, time.dt_max [s]; from dt where not given
     double max_move;   // time.max_move: largest displacement of a step over half the larger side
     nmm_method method; // solver.method
-    double solver_tolerance;  // solver.tolerance
-    nmm_stop stop;            // solver.stop
-    double jacobi_damping;    // solver.damping; 0: from an estimate of lambda_max; 1: plain
-    double sor_factor;        // solver.factor
-    int max_iterations;       // solver.max_iterations; 0: chosen
-    nmm_device_choice device; // solver.device; auto = NMM_DEVICE_CHOOSE
-    double output_every;      // output.every [s]; 0: every step
+    nmm_scene_blocks blocks;       // solver.blocks
+    nmm_scene_precision precision; // solver.precision
+    double solver_tolerance;       // solver.tolerance
+    nmm_stop stop;                 // solver.stop
+    double jacobi_damping;         // solver.damping; 0: from an estimate of lambda_max; 1: plain
+    double sor_factor;             // solver.factor
+    int max_iterations;            // solver.max_iterations; 0: chosen
+    nmm_device_choice device;      // solver.device; auto = NMM_DEVICE_CHOOSE
+    double output_every;           // output.every [s]; 0: every step
     bool out_displacement, out_velocity, out_stress, out_contact; // output.fields
 } nmm_scene_settings;
 

@@ -66,6 +66,10 @@ static const char *name_of_method(nmm_method method) {
         return "sor";
     case NMM_METHOD_GAUSS_SEIDEL:
         return "gauss-seidel";
+    case NMM_METHOD_CHEBYSHEV:
+        return "chebyshev";
+    case NMM_METHOD_DIRECT:
+        return "direct";
     default:
         return "pcg";
     }
@@ -76,7 +80,8 @@ static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
     snprintf(sim->summary.method, sizeof sim->summary.method, "%s",
              name_of_method(sim->settings.method));
     snprintf(sim->summary.device, sizeof sim->summary.device, "host");
-    snprintf(sim->summary.precision, sizeof sim->summary.precision, "double");
+    snprintf(sim->summary.precision, sizeof sim->summary.precision, "%s",
+             sim->settings.precision == NMM_SCENE_MIXED ? "mixed" : "double");
     if (device != NMM_DEVICE_TARGET) return NMM_OK;
     if (nmm_solve_target() == NULL) {
         return nmm_fail(&sim->context, NMM_ERROR_DEVICE,

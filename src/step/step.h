@@ -31,6 +31,16 @@ typedef enum nmm_try {
     NMM_TRY_SOLVER, // the linear solver missed its tolerance
 } nmm_try;
 
+/// A system that the caller wants to have written (nmm_sim_dump_system). `write` is called before
+/// each linear solve, when matrix, right-hand side and first guess stand; NULL: nothing is wanted.
+typedef struct nmm_dump {
+    nmm_status (*write)(nmm_sim *sim, const nmm_solve_options *options);
+    long step;          // from 1
+    int iteration;      // of the open-close loop, from 1
+    const char *prefix; // of the files
+    int n_written;      // tries of the step that came so far
+} nmm_dump;
+
 struct nmm_sim {
     nmm_context context;
     nmm_scene scene;
@@ -69,7 +79,8 @@ struct nmm_sim {
     nmm_step_report report; // of the last step
     double phase_mark;      // clock at the last change of phase
     double started;         // clock at creation
-    char *choices;          // text of nmm_sim_choices, in the scene's arena
+    nmm_dump dump;
+    char *choices; // text of nmm_sim_choices, in the scene's arena
 };
 
 /// Change of time since the last call of it is added to *phase.

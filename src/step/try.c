@@ -88,9 +88,22 @@ static nmm_solve_options solve_options(const nmm_sim *sim, double h) {
         [NMM_METHOD_PCG] = NMM_SOLVE_PCG,
         [NMM_METHOD_SOR] = NMM_SOLVE_SOR,
         [NMM_METHOD_GAUSS_SEIDEL] = NMM_SOLVE_GAUSS_SEIDEL,
+        [NMM_METHOD_CHEBYSHEV] = NMM_SOLVE_CHEBYSHEV,
+        [NMM_METHOD_DIRECT] = NMM_SOLVE_DIRECT,
+    };
+    static const nmm_solve_blocks blocks[] = {
+        [NMM_SCENE_BLOCKS_AUTO] = NMM_BLOCKS_AUTO,
+        [NMM_SCENE_BLOCKS_COVER] = NMM_BLOCKS_COVER,
+        [NMM_SCENE_BLOCKS_CLUSTER] = NMM_BLOCKS_CLUSTER,
+        [NMM_SCENE_BLOCKS_BODY] = NMM_BLOCKS_BODY,
     };
     return (nmm_solve_options){
         .method = method[settings->method],
+        .blocks = blocks[settings->blocks],
+        .precision =
+            settings->precision == NMM_SCENE_MIXED ? NMM_PRECISION_MIXED : NMM_PRECISION_DOUBLE,
+        .place = sim->model.cover_place,
+        .body = sim->model.cover_block,
         .tolerance = settings->solver_tolerance,
         // Later passes solve for small corrections: no need to go far below the balance asked for.
         .absolute = 0.2 * unbalance_allowed(sim, h),
@@ -121,6 +134,7 @@ static nmm_status solve_pass(nmm_sim *sim, double h, int pass, nmm_solve_report 
     TRY(open_solver(sim));
     guess_change(sim, h, pass);
     const nmm_solve_options options = solve_options(sim, h);
+    if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
     TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
                             system->change, system->keep_pattern, &options, report));
     system->keep_pattern = true;
