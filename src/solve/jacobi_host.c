@@ -5,7 +5,7 @@
 // several iterations; inside it loops are shared by `omp for`, whose barrier separates kernels.
 // Not `omp target` without a device: each such region builds and destroys its threads anew.
 
-#include "solver.h"
+#include "direct.h"
 
 #include <math.h>
 #include <string.h>
@@ -29,6 +29,8 @@ static nmm_status solve_host(nmm_context *context, nmm_solver *solver, const nmm
                              const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_prepare(context, solver, K, keep_pattern, options));
+    if (solver->options.method == NMM_SOLVE_DIRECT)
+        return nmm_direct_solve(context, solver, K, f, u, report);
     if (!nmm_solver_start(solver, K, f, u, report)) return NMM_OK;
     const nmm_solve_method method = solver->options.method;
     const bool serial = method == NMM_SOLVE_SOR || method == NMM_SOLVE_GAUSS_SEIDEL;

@@ -5,7 +5,7 @@
 // 2x2 diagonal blocks are inverted. After: the result is judged by its true residual and written
 // back. Wrong systems end with a report that names the row; the iteration never sees them.
 
-#include "solver.h"
+#include "direct.h"
 
 #include <math.h>
 #include <string.h>
@@ -103,6 +103,7 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
     for (size_t k = 0; k < sizeof vector / sizeof *vector; k++)
         nmm_release(context, vector[k]);
     nmm_release(context, &s->state);
+    nmm_direct_destroy(context, &s->direct);
     if (s->staged) {
         nmm_release(context, &s->row_start);
         nmm_release(context, &s->col);

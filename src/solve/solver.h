@@ -63,6 +63,7 @@ struct nmm_solver {
     double limit;              // |r| must not be larger
     double guess_norm;         // |r| of the first guess taken
     bool guess_dropped;        // u = 0 is used instead of the caller's guess
+    struct nmm_direct *direct; // the factor of the direct method, NULL before its first solve
 };
 
 /// Allocate. `staged`: with own copies of the matrix.
