@@ -14,15 +14,22 @@
 
 #include <cholmod.h>
 
-// Bytes moved by a solve cost about this many times what the operations of a factorisation cost:
-// measured with systems of 10^3 to 10^5 unknowns.
-#define SOLVE_WEIGHT 4.0
+// Costs in operations of a factorisation, measured with systems of 900 to 84 000 unknowns: what a
+// factorisation does for each number of L and K beside its arithmetic; and what an iteration does
+// for each, where L lies in the caches of a processor and where it does not.
+#define FACTOR_OVERHEAD 10.0
+#define SOLVE_NEAR 2.0
+#define SOLVE_FAR 6.0
+#define NEAR_NUMBERS 1e6
 
 // Iterations with a factor of K itself from one measured residual to the next.
 #define FRESH_ITERATIONS 20
 
 // Where no solution is found a pivot below this part of its diagonal element is named as the cause.
 #define SMALL_PIVOT 1e-12
+
+// Least part of a factorisation's cost that iterations with an old factor may take.
+#define LEAST_PATIENCE 0.0625
 
 // Part of the limit at which the recursion stops, so that the true residual passes as well.
 #define RECURSION_MARGIN 0.9
@@ -44,6 +51,7 @@ typedef struct nmm_direct {
     // Since the factor was made: solves, operations including its own.
     int n_solve;
     double spent;
+    double patience; // part of a factorisation's cost that iterations with an old factor may take
     // z = (P^T L D L^T P)^-1 r
     cholmod_dense right; // a view of the residual
     cholmod_dense *z, *work[2];
@@ -84,6 +92,7 @@ void nmm_direct_destroy(nmm_context *context, nmm_direct **direct) {
 static nmm_status create(nmm_context *context, nmm_direct **direct) {
     TRY(nmm_allocate(context, direct, 1, sizeof **direct));
     nmm_direct *d = *direct;
+    d->patience = 1;
     cholmod_common *common = &d->common;
     d->started = cholmod_l_start(common) != 0;
     // Silent, on the processor, without BLAS.
@@ -204,8 +213,10 @@ static nmm_status analyse(nmm_context *context, nmm_direct *d) {
     if (status == NMM_OK) {
         d->factor = cholmod_l_analyze_p(d->matrix, order, NULL, 0, &d->common);
         status = judge(context, d);
-        d->factor_cost = d->common.fl;
-        d->iteration_cost = SOLVE_WEIGHT * (4 * d->common.lnz + 8.0 * d->n_block);
+        const double n_factor = d->common.lnz, n_matrix = 4.0 * d->n_block;
+        d->factor_cost = d->common.fl + FACTOR_OVERHEAD * (n_factor + n_matrix / 2);
+        d->iteration_cost =
+            (n_factor > NEAR_NUMBERS ? SOLVE_FAR : SOLVE_NEAR) * n_factor + n_matrix;
     }
     nmm_release(context, &order);
     return status;
@@ -368,14 +379,18 @@ static bool old_factor_pays(const nmm_direct *d, const nmm_solver *s) {
     return s->options.reuse && d->usable && d->factor->n == 2 * (size_t)s->n_row;
 }
 
-// With a factor of another matrix: as many iterations as a factorisation is worth.
+// With a factor of another matrix: as many iterations as a factorisation is worth; fewer after
+// failures, so that a run whose matrices differ much does not pay twice for each.
 static nmm_status try_old_factor(nmm_context *context, nmm_direct *d, nmm_solver *s,
                                  const double *u, double *norm, nmm_solve_report *report) {
-    const double worth = nmm_min(d->factor_cost / d->iteration_cost, s->options.max_iterations);
-    TRY(run_recursion(context, d, s, (int)worth, norm, report));
+    const double worth = d->patience * d->factor_cost / d->iteration_cost;
+    const int most = (int)nmm_min(worth, s->options.max_iterations / 2);
+    TRY(run_recursion(context, d, s, most, norm, report));
     const double cost = report->iterations * d->iteration_cost;
     d->n_solve++;
     d->spent += cost;
+    const bool solved = *norm <= s->limit;
+    d->patience = solved ? nmm_min(2 * d->patience, 1) : nmm_max(0.5 * d->patience, LEAST_PATIENCE);
     // The cost per solve has passed its lowest point: the next solve begins with a new factor.
     if (cost * d->n_solve > d->spent) d->usable = false;
     if (!(*norm <= s->guess_norm)) *norm = first_norm(s, u);
