@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+//
+// What the benchmark asks of our solver alone, without other libraries:
+//
+// bench_sweeps bandwidth FILE...   bytes of a damped Jacobi sweep over its time, beside a stream
+//                                  triad over as many bytes, on 1 and 2 threads
+// bench_sweeps jacobi FILE...      sweeps of plain and damped Jacobi to 1e-6, and lambda_max
+// bench_sweeps sums FILE...        a sum in fixed chunks beside OpenMP's own, and beside one
+//                                  iteration of pcg, which has two sums
+
+#include "bench.h"
+#include "solve.h"
+
+#include <math.h>
+#include <omp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define ROUNDS 7
+#define SWEEPS 200000
+
+typedef struct ours {
+    nmm_context context;
+    nmm_solver *solver;
+    nmm_bsr K;
+    const double *f;
+    double *u;
+} ours;
+
+static void must(const nmm_context *context, nmm_status status) {
+    if (status == NMM_OK) return;
+    fprintf(stderr, "%s\n", context->error.message);
+    exit(1);
+}
+
+static void open_ours(ours *o, const bench_system *s) {
+    *o = (ours){.context = {.n_thread = 2}, .f = s->f};
+    o->K = (nmm_bsr){.n_row = s->n_row,
+                     .row_start = s->row_start,
+                     .col = s->col,
+                     .value = s->value,
+                     .diagonal = s->diagonal};
+    must(&o->context, nmm_solve_host()->open(&o->context, &o->solver, s->n_row, s->n_block));
+    must(&o->context, nmm_allocate(&o->context, &o->u, (size_t)s->n_row, 2 * sizeof(double)));
+}
+
+static void close_ours(ours *o) {
+    nmm_release(&o->context, &o->u);
+    nmm_solve_host()->close(&o->context, &o->solver);
+}
+
+// Seconds of one solve from zero.
+static double solve_once(ours *o, const nmm_solve_options *options, nmm_solve_report *report) {
+    memset(o->u, 0, 2 * (size_t)o->K.n_row * sizeof *o->u);
+    const double start = nmm_clock();
+    must(&o->context, nmm_solve_host()->solve(&o->context, o->solver, &o->K, o->f, o->u, false,
+                                              options, report));
+    return nmm_clock() - start;
+}
+
+static double median(double *x, int n) {
+    for (int i = 1; i < n; i++) {
+        for (int j = i; j > 0 && x[j] < x[j - 1]; j--) {
+            const double swap = x[j];
+            x[j] = x[j - 1], x[j - 1] = swap;
+        }
+    }
+    return 0.5 * (x[n / 2] + x[(n - 1) / 2]);
+}
+
+// --- Bandwidth
+
+static nmm_solve_options sweeps_only(int n_thread) {
+    nmm_solve_options options = nmm_default_solve_options();
+    options.method = NMM_SOLVE_JACOBI;
+    options.blocks = NMM_BLOCKS_COVER;
+    options.tolerance = 1e-300;
+    options.jacobi_damping = 0.2;
+    options.n_thread = n_thread;
+    return options;
+}
+
+// Seconds of a sweep: many sweeps less few.
+static double time_sweep(ours *o, int n_thread, int n_sweep) {
+    nmm_solve_options options = sweeps_only(n_thread);
+    nmm_solve_report report;
+    options.max_iterations = n_sweep / 4;
+    const double few = solve_once(o, &options, &report);
+    options.max_iterations = n_sweep / 4 + n_sweep;
+    return (solve_once(o, &options, &report) - few) / n_sweep;
+}
+
+// Seconds of a[i] = b[i] + x * c[i] over arrays of n numbers.
+static double time_triad(double *a, const double *b, const double *c, long n, int n_thread) {
+    const int repeat = (int)nmm_max(1, 2e7 / (double)n);
+    const double start = nmm_clock();
+    for (int k = 0; k < repeat; k++) {
+        const double x = 1e-3 * k;
+#pragma omp parallel for num_threads(n_thread) schedule(static)
+        for (long i = 0; i < n; i++)
+            a[i] = b[i] + x * c[i];
+    }
+    return (nmm_clock() - start) / repeat;
+}
+
+// Bytes that a sweep must move at least when nothing stays in a cache: blocks and columns, row
+// starts, inverted diagonals, right-hand side, old and new u.
+static double bytes_of_sweep(const bench_system *s) {
+    const double numbers = 4.0 * s->n_block + (4 + 2 + 2 + 2) * (double)s->n_row;
+    return 8 * numbers + 4 * ((double)s->n_block + s->n_row);
+}
+
+static void bandwidth(const bench_system *s, const char *path) {
+    ours o;
+    open_ours(&o, s);
+    const double bytes = bytes_of_sweep(s);
+    const long n = (long)(bytes / 24);
+    double *a = calloc((size_t)n, sizeof *a), *b = calloc((size_t)n, sizeof *b),
+           *c = calloc((size_t)n, sizeof *c);
+    const int n_sweep = (int)nmm_max(12, nmm_min(2000, 4e8 / bytes));
+    for (int n_thread = 1; n_thread <= 2 && c != NULL; n_thread++) {
+        double sweep[ROUNDS], triad[ROUNDS];
+        // Pages are placed by the threads that will use them.
+        time_triad(b, a, c, n, n_thread), time_triad(c, b, a, n, n_thread);
+        for (int k = 0; k < ROUNDS; k++) {
+            sweep[k] = time_sweep(&o, n_thread, n_sweep);
+            triad[k] = time_triad(a, b, c, n, n_thread);
+        }
+        printf("bandwidth\t%s\t%d\t%.3g\t%d\t%.5g\t%.4g\t%.4g\n", path, 2 * s->n_row, bytes,
+               n_thread, 1e6 * median(sweep, ROUNDS), 1e-9 * bytes / median(sweep, ROUNDS),
+               1e-9 * 24.0 * (double)n / median(triad, ROUNDS));
+    }
+    free(a), free(b), free(c);
+    close_ours(&o);
+}
+
+// --- Jacobi's region of convergence
+
+static void jacobi(const bench_system *s, const char *path) {
+    ours o;
+    open_ours(&o, s);
+    nmm_solve_options options = nmm_default_solve_options();
+    options.method = NMM_SOLVE_JACOBI;
+    options.blocks = NMM_BLOCKS_COVER;
+    options.tolerance = 1e-6;
+    options.max_iterations = SWEEPS;
+    nmm_solve_report plain, damped;
+    options.jacobi_damping = 1;
+    solve_once(&o, &options, &plain);
+    options.jacobi_damping = 0;
+    solve_once(&o, &options, &damped);
+    printf("jacobi\t%s\t%d\t%.4g\t%.4g\t%d\t%s\t%d\t%s\n", path, 2 * s->n_row, s->courant,
+           damped.lambda_max, plain.iterations, nmm_solve_end_name(plain.end), damped.iterations,
+           nmm_solve_end_name(damped.end));
+    close_ours(&o);
+}
+
+// --- Cost of sums in a fixed order
+
+static double plain_sum(int n, const double *x, const double *y, int n_thread) {
+    double sum = 0;
+#pragma omp parallel for simd num_threads(n_thread) schedule(static) reduction(+ : sum)
+    for (int i = 0; i < n; i++)
+        sum += x[i] * y[i];
+    return sum;
+}
+
+static double time_sum(double (*sum)(int, const double *, const double *, int), ours *o,
+                       int n_thread) {
+    const int n = 2 * o->K.n_row, repeat = nmm_max_int(5, 10000000 / n);
+    double total = 0;
+    const double start = nmm_clock();
+    for (int k = 0; k < repeat; k++)
+        total += sum(n, o->f, o->u, n_thread);
+    const double seconds = (nmm_clock() - start) / repeat;
+    return isfinite(total) ? seconds : NAN;
+}
+
+static void sums(const bench_system *s, const char *path) {
+    ours o;
+    open_ours(&o, s);
+    nmm_solve_options options = nmm_default_solve_options();
+    options.method = NMM_SOLVE_PCG;
+    options.blocks = NMM_BLOCKS_COVER;
+    options.tolerance = 1e-10;
+    for (int n_thread = 1; n_thread <= 2; n_thread++) {
+        double iteration[ROUNDS], fixed[ROUNDS], plain[ROUNDS];
+        options.n_thread = n_thread;
+        for (int k = 0; k < ROUNDS; k++) {
+            nmm_solve_report report;
+            const double seconds = solve_once(&o, &options, &report);
+            iteration[k] = seconds / nmm_max_int(1, report.iterations);
+            fixed[k] = time_sum(nmm_sum_product, &o, n_thread);
+            plain[k] = time_sum(plain_sum, &o, n_thread);
+        }
+        printf("sums\t%s\t%d\t%d\t%.4g\t%.4g\t%.4g\n", path, 2 * s->n_row, n_thread,
+               1e6 * median(fixed, ROUNDS), 1e6 * median(plain, ROUNDS),
+               1e6 * median(iteration, ROUNDS));
+    }
+    close_ours(&o);
+}
+
+int main(int argc, char **argv) {
+    static const struct {
+        const char *name;
+        void (*run)(const bench_system *system, const char *path);
+    } part[] = {{"bandwidth", bandwidth}, {"jacobi", jacobi}, {"sums", sums}};
+    void (*run)(const bench_system *system, const char *path) = NULL;
+    for (size_t k = 0; argc > 2 && k < sizeof part / sizeof *part; k++) {
+        if (strcmp(argv[1], part[k].name) == 0) run = part[k].run;
+    }
+    if (run == NULL) {
+        fprintf(stderr, "usage: bench_sweeps bandwidth|jacobi|sums FILE...\n");
+        return 2;
+    }
+    for (int k = 2; k < argc; k++) {
+        bench_system system;
+        bench_system_read(&system, argv[k]);
+        run(&system, argv[k]);
+        fflush(stdout);
+        bench_system_release(&system);
+    }
+    return 0;
+}

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+//
+// PETSc in the benchmark, in one process: conjugate gradients with its preconditioners, and
+// Cholesky factors, its own and MUMPS's. Settings are the best that were found on these systems:
+// incomplete factors without or with one level of fill, in reverse Cuthill-McKee order. The
+// pattern, orderings, symbolic factors and the prolongations of GAMG are kept; numbers of
+// preconditioners and factors are made anew by each solve, because the matrix is marked as changed.
+// The stopping test is on |r| itself.
+
+#include "bench.h"
+
+#include <petscksp.h>
+// Only here does PETSc say how to mark a matrix as changed without touching its numbers.
+#include <petsc/private/petscimpl.h>
+
+#include <stdlib.h>
+#include <string.h>
+
+#define MAX_ITERATIONS 50000
+
+enum { STORED_BY_NUMBERS, STORED_BY_BLOCKS };
+enum { JACOBI, BLOCK_JACOBI, INCOMPLETE, INCOMPLETE_1, MULTIGRID, CHOLESKY, MUMPS };
+
+typedef struct petsc {
+    const bench_system *system;
+    Mat A;
+    Vec f, u;
+    KSP ksp;
+} petsc;
+
+void bench_petsc_start(void) {
+    PetscInitializeNoArguments();
+    PetscPushErrorHandler(PetscReturnErrorHandler, NULL);
+}
+
+void bench_petsc_stop(void) {
+    PetscFinalize();
+}
+
+// --- The matrix
+
+static PetscErrorCode insert_blocks(Mat A, const bench_system *s) {
+    PetscFunctionBeginUser;
+    for (PetscInt row = 0; row < s->n_row; row++) {
+        for (int k = s->row_start[row]; k < s->row_start[row + 1]; k++) {
+            const PetscInt col = s->col[k];
+            PetscCall(
+                MatSetValuesBlocked(A, 1, &row, 1, &col, s->value + 4 * (long)k, INSERT_VALUES));
+        }
+    }
+    PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode make_matrix(petsc *p, int stored) {
+    PetscFunctionBeginUser;
+    const bench_system *s = p->system;
+    PetscInt *per_row = NULL;
+    PetscCall(PetscMalloc1(2 * s->n_row, &per_row));
+    const PetscInt n = 2 * s->n_row;
+    if (stored == STORED_BY_BLOCKS) {
+        for (int row = 0; row < s->n_row; row++)
+            per_row[row] = s->row_start[row + 1] - s->row_start[row];
+        PetscCall(MatCreateSeqBAIJ(PETSC_COMM_SELF, 2, n, n, 0, per_row, &p->A));
+    } else {
+        for (int i = 0; i < n; i++)
+            per_row[i] = 2 * (s->row_start[i / 2 + 1] - s->row_start[i / 2]);
+        PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, 0, per_row, &p->A));
+        PetscCall(MatSetBlockSize(p->A, 2));
+    }
+    PetscCall(PetscFree(per_row));
+    PetscCall(MatSetOption(p->A, MAT_SYMMETRIC, PETSC_TRUE));
+    PetscCall(MatSetOption(p->A, MAT_SPD, PETSC_TRUE));
+    PetscCall(insert_blocks(p->A, s));
+    PetscFunctionReturn(0);
+}
+
+// --- The method
+
+// GAMG is told the rigid motions.
+static PetscErrorCode give_rigid_motions(petsc *p) {
+    PetscFunctionBeginUser;
+    Vec places;
+    MatNullSpace motions;
+    PetscCall(
+        VecCreateSeqWithArray(PETSC_COMM_SELF, 2, 2 * p->system->n_row, p->system->place, &places));
+    PetscCall(MatNullSpaceCreateRigidBody(places, &motions));
+    PetscCall(MatSetNearNullSpace(p->A, motions));
+    PetscCall(MatNullSpaceDestroy(&motions));
+    PetscCall(VecDestroy(&places));
+    PetscFunctionReturn(0);
+}
+
+static PetscErrorCode choose_preconditioner(petsc *p, PC pc, int kind) {
+    PetscFunctionBeginUser;
+    static const PCType type[] = {PCJACOBI, PCPBJACOBI, PCICC,     PCICC,
+                                  PCGAMG,   PCCHOLESKY, PCCHOLESKY};
+    PetscCall(PCSetType(pc, type[kind]));
+    if (kind == INCOMPLETE || kind == INCOMPLETE_1) {
+        PetscCall(PCFactorSetShiftType(pc, MAT_SHIFT_POSITIVE_DEFINITE));
+        PetscCall(PCFactorSetMatOrderingType(pc, MATORDERINGRCM));
+        PetscCall(PCFactorSetLevels(pc, kind == INCOMPLETE_1));
+    }
+    if (kind == MULTIGRID) {
+        PetscCall(give_rigid_motions(p));
+        PetscCall(PCGAMGSetReuseInterpolation(pc, PETSC_TRUE));
+    }
+    if (kind == CHOLESKY) PetscCall(PCFactorSetMatOrderingType(pc, MATORDERINGND));
+    if (kind == MUMPS) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+    PetscFunctionReturn(0);
+}
+
+// A factor is used in Richardson's iteration, which after one solve asks for the residual, and
+// goes on where rounding left too much of it.
+static PetscErrorCode make(petsc *p, const bench_method *method) {
+    PetscFunctionBeginUser;
+    PC pc;
+    const bench_system *s = p->system;
+    PetscCall(make_matrix(p, method->choice[0]));
+    PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, 2 * s->n_row, s->f, &p->f));
+    PetscCall(VecDuplicate(p->f, &p->u));
+    PetscCall(KSPCreate(PETSC_COMM_SELF, &p->ksp));
+    PetscCall(KSPSetOperators(p->ksp, p->A, p->A));
+    PetscCall(KSPSetType(p->ksp, method->family == BENCH_DIRECT ? KSPRICHARDSON : KSPCG));
+    PetscCall(KSPSetNormType(p->ksp, KSP_NORM_UNPRECONDITIONED));
+    PetscCall(KSPGetPC(p->ksp, &pc));
+    PetscCall(choose_preconditioner(p, pc, method->choice[1]));
+    // So that PETSC_OPTIONS can try what is not tried here.
+    PetscCall(KSPSetFromOptions(p->ksp));
+    PetscFunctionReturn(0);
+}
+
+static void close_petsc(void *state) {
+    petsc *p = state;
+    KSPDestroy(&p->ksp);
+    VecDestroy(&p->u);
+    VecDestroy(&p->f);
+    MatDestroy(&p->A);
+    free(p);
+}
+
+static void *open_petsc(const bench_system *system, const bench_method *method, int n_thread) {
+    (void)n_thread;
+    petsc *p = calloc(1, sizeof *p);
+    if (p == NULL) return NULL;
+    p->system = system;
+    if (make(p, method) == 0) return p;
+    close_petsc(p);
+    return NULL;
+}
+
+// --- A solve
+
+static PetscErrorCode solve(petsc *p, double tolerance, PetscInt *iterations) {
+    PetscFunctionBeginUser;
+    KSPConvergedReason reason;
+    PetscObjectState version;
+    PetscCall(KSPSetTolerances(p->ksp, tolerance, 1e-300, 1e30, MAX_ITERATIONS));
+    // The numbers are new: the set-up must be, too.
+    PetscCall(PetscObjectStateGet((PetscObject)p->A, &version));
+    PetscCall(PetscObjectStateSet((PetscObject)p->A, version + 1));
+    PetscCall(KSPSetOperators(p->ksp, p->A, p->A));
+    PetscCall(KSPSolve(p->ksp, p->f, p->u));
+    PetscCall(KSPGetConvergedReason(p->ksp, &reason));
+    PetscCall(KSPGetIterationNumber(p->ksp, iterations));
+    if (reason < 0) *iterations = -1;
+    PetscFunctionReturn(0);
+}
+
+static int solve_petsc(void *state, double tolerance, double *u) {
+    petsc *p = state;
+    PetscInt iterations = -1;
+    const PetscScalar *values = NULL;
+    if (solve(p, tolerance, &iterations) != 0 || iterations < 0) return -1;
+    if (VecGetArrayRead(p->u, &values) != 0) return -1;
+    memcpy(u, values, 2 * (size_t)p->system->n_row * sizeof *u);
+    VecRestoreArrayRead(p->u, &values);
+    return (int)iterations;
+}
+
+#define PETSC(NAME, FAMILY, LARGEST, THREADS, STORED, KIND)                                        \
+    {                                                                                              \
+        .name = NAME, .family = FAMILY, .largest = LARGEST, .threads = THREADS,                    \
+        .open = open_petsc, .solve = solve_petsc, .close = close_petsc, .choice = {                \
+            STORED,                                                                                \
+            KIND                                                                                   \
+        }                                                                                          \
+    }
+
+const bench_method *bench_petsc(int *n) {
+    static const bench_method list[] = {
+        PETSC("petsc-cg-jacobi", BENCH_ITERATIVE, 0, false, STORED_BY_NUMBERS, JACOBI),
+        PETSC("petsc-cg-2x2", BENCH_ITERATIVE, 0, false, STORED_BY_BLOCKS, BLOCK_JACOBI),
+        PETSC("petsc-cg-icc", BENCH_ITERATIVE, 0, false, STORED_BY_NUMBERS, INCOMPLETE),
+        PETSC("petsc-cg-icc1", BENCH_ITERATIVE, 0, false, STORED_BY_NUMBERS, INCOMPLETE_1),
+        PETSC("petsc-gamg", BENCH_ITERATIVE, 0, false, STORED_BY_NUMBERS, MULTIGRID),
+        PETSC("petsc-cholesky", BENCH_DIRECT, 30000, false, STORED_BY_NUMBERS, CHOLESKY),
+        PETSC("mumps", BENCH_DIRECT, 300000, true, STORED_BY_NUMBERS, MUMPS),
+    };
+    *n = (int)(sizeof list / sizeof *list);
+    return list;
+}
