@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The direct method: K = P^T L D L^T P by CHOLMOD, simplicial, eq. (6.20). Order and shape of L
+// The direct method: P K P^T = L D L^T by CHOLMOD, simplicial, eq. (6.20). Order and shape of L
 // are found once per pattern (approximate minimum degree on the graph of block rows), numbers when
 // needed. Conjugate gradients with the factor as preconditioner finish: one iteration with a factor
 // of K itself, more with one of an older K. Whether an old factor pays is told by counts of
@@ -20,7 +20,7 @@
 #define FACTOR_OVERHEAD 10.0
 #define SOLVE_NEAR 2.0
 #define SOLVE_FAR 6.0
-#define NEAR_NUMBERS 1e6
+#define NEAR_NUMBERS 2e6
 
 // Iterations with a factor of K itself from one measured residual to the next.
 #define FRESH_ITERATIONS 20
@@ -270,7 +270,7 @@ static nmm_status factorise(nmm_context *context, nmm_direct *d, const nmm_solve
     return NMM_OK;
 }
 
-// z = (factor)^-1 r, as a pointer to [n_row][2].
+// z = (factor)^-1 r, eq. (6.21), as a pointer to [n_row][2].
 static nmm_status apply_factor(nmm_context *context, nmm_direct *d, const nmm_solver *s,
                                const double **z) {
     const size_t n = 2 * (size_t)s->n_row;
@@ -391,7 +391,8 @@ static nmm_status try_old_factor(nmm_context *context, nmm_direct *d, nmm_solver
     d->spent += cost;
     const bool solved = *norm <= s->limit;
     d->patience = solved ? nmm_min(2 * d->patience, 1) : nmm_max(0.5 * d->patience, LEAST_PATIENCE);
-    // The cost per solve has passed its lowest point: the next solve begins with a new factor.
+    // The cost per solve has passed its lowest point, eq. (6.22): the next solve makes a new
+    // factor.
     if (cost * d->n_solve > d->spent) d->usable = false;
     if (!(*norm <= s->guess_norm)) *norm = first_norm(s, u);
     return NMM_OK;
