@@ -180,6 +180,63 @@ NMM_API nmm_status nmm_sim_monitor(const nmm_sim *sim, int k, nmm_reading *readi
 NMM_API double nmm_sim_end_time(const nmm_sim *sim);
 NMM_API const char *nmm_sim_title(const nmm_sim *sim);
 
+// --- Linear systems
+
+/// Write the linear system of a step (from 1) and open-close iteration (from 1) as Matrix Market
+/// files: PREFIX.mtx, PREFIX_rhs.mtx, PREFIX_guess.mtx (first guess of the solve),
+/// PREFIX_places.mtx (x, y and block of each cover). Call before that step. Where a step is tried
+/// again with a shorter dt, the last try that came so far counts. Trouble with the files is an
+/// error of the step.
+NMM_API nmm_status nmm_sim_dump_system(nmm_sim *sim, long step, int iteration, const char *prefix);
+/// Times the files were written so far; 0: the run did not come there.
+NMM_API int nmm_sim_dumped(const nmm_sim *sim);
+
+/// One linear system and how to solve it. Words are those of `solver:` in a scene.
+typedef struct nmm_linear_def {
+    const char *matrix; ///< Matrix Market: coordinate real, symmetric or general
+    int generate;       ///< with `matrix` NULL: a plate of about so many unknowns, in a step
+    const char *rhs;    ///< array real; NULL: matrix times ones, so that the solution is known
+    const char *guess;  ///< array real; NULL: zeros
+    const char *places; ///< array real, x, y, body of each two unknowns; NULL: not known
+    const char *output; ///< solution, written when it converged; NULL: nowhere
+    const char *method, *blocks, *precision, *stop;
+    double tolerance;   ///< relative residual to reach
+    double absolute;    ///< [N] residual that is small enough in any case; 0: none
+    double damping;     ///< jacobi; 0: from an estimate
+    double sor_factor;  ///< 0: 1.9
+    int max_iterations; ///< 0: chosen
+    int n_thread;       ///< 0: all
+    int n_repeat;       ///< solves to measure, each with its setup; at least 1
+    nmm_device_choice device;
+    void *(*allocate)(void *user, void *old, size_t size); ///< as in nmm_sim_def
+    void *user;
+} nmm_linear_def;
+/// auto everywhere, double, residual test to 1e-8, one solve.
+NMM_API nmm_linear_def nmm_default_linear_def(void);
+
+/// How it went. A solve that does not converge is no error: see `converged`.
+typedef struct nmm_linear_report {
+    int order, padded; ///< of the matrix; 1 where a decoupled unknown made an odd order even
+    long entries;      ///< of both halves
+    int converged;
+    char end[24];    ///< "converged", "diverged", "too_slow", "indefinite", "not_finite", ...
+    char reason[64]; ///< the same in words
+    int row;         ///< first of the two rows (from 1) that cause the trouble; 0: none named
+    char method[16], blocks[16], precision[16], device[16];
+    int on_device; ///< seen inside a target region
+    char why[256]; ///< what `auto` chose and why; may be empty
+    int n_thread, setups, iterations;
+    double residual;               ///< |f - K u| / |f|; -1: not measured
+    double lambda_min, lambda_max; ///< estimates for D^-1 K; 0: not made
+    double solution_norm;          ///< |u|
+    double error;                  ///< largest |u - 1| where the solution is all ones; else -1
+    double read_seconds;           ///< reading or generating
+    double seconds, least_seconds; ///< setup and solve: median and least of n_repeat
+    nmm_error error_of_call;       ///< of a call that returns an error
+} nmm_linear_report;
+/// Read (or generate) and solve.
+NMM_API nmm_status nmm_linear_solve(const nmm_linear_def *def, nmm_linear_report *report);
+
 // --- Run files
 
 /// Writes a run file beside the run: frames, monitors, ledger, contacts.

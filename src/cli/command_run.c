@@ -67,19 +67,31 @@ static void print_end(nmm_sim *sim, const arguments *given, const char *path, in
         report_print(&report);
 }
 
+// What was asked for and did not come is told.
+static int check_dump(const nmm_sim *sim, const arguments *given) {
+    if (!given->dump || nmm_sim_dumped(sim) > 0) return EXIT_DONE;
+    message_error("nmm run: --dump-system %ld:%d: the run had no such step or iteration; nothing "
+                  "was written",
+                  given->dump_step, given->dump_iteration);
+    return EXIT_EARLY;
+}
+
 static int run_scene(nmm_sim *sim, nmm_output **output, const arguments *given, const char *path) {
     interrupt_hold(true);
     const nmm_status created = nmm_output_create(output, sim, path);
     if (created == NMM_OK) interrupt_names(path);
     interrupt_hold(false);
     if (created != NMM_OK) return message_failure(nmm_output_error(*output), path);
+    if (given->dump &&
+        nmm_sim_dump_system(sim, given->dump_step, given->dump_iteration, given->dump) != NMM_OK)
+        return message_failure(nmm_sim_error(sim), given->dump);
     int status = take_steps(sim, *output, path, given->quiet);
     // A failed step is an early end of the caller's making.
     if (status > EXIT_EARLY) nmm_sim_interrupt(sim);
     if (status != EXIT_SYSTEM && write_end(*output, sim) != NMM_OK)
         status = message_failure(nmm_output_error(*output), path);
     print_end(sim, given, path, status);
-    return status;
+    return status == EXIT_DONE ? check_dump(sim, given) : status;
 }
 
 static void print_warnings(nmm_sim *sim) {

@@ -11,6 +11,13 @@ _nmm() {
         return
     fi
     case $before in
+    --method)
+        words="auto jacobi chebyshev pcg sor gauss-seidel direct"
+        mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
+        ;;
+    --blocks) mapfile -t COMPREPLY < <(compgen -W "auto cover cluster body" -- "$word") ;;
+    --precision) mapfile -t COMPREPLY < <(compgen -W "double mixed" -- "$word") ;;
+    --stop) mapfile -t COMPREPLY < <(compgen -W "residual average_change" -- "$word") ;;
     --device) mapfile -t COMPREPLY < <(compgen -W "auto host target" -- "$word") ;;
     --field)
         words="stress sxx syy sxy displacement velocity block"
@@ -18,7 +25,7 @@ _nmm() {
         ;;
     *)
         if [[ $word == -* ]]; then
-            words=$(nmm "$command" --help 2>/dev/null | grep -o -- '--[a-z]*' | sort -u)
+            words=$(nmm "$command" --help 2>/dev/null | grep -o -- '--[a-z][a-z-]*' | sort -u)
             mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
         else
             compopt -o filenames 2>/dev/null

@@ -22,9 +22,10 @@ const command command_table[] = {
      "a second Ctrl-C ends it at once. --device target never falls back to the host.\n",
      "  nmm run slope.yaml\n"
      "  nmm run slope.yaml -o steep.vtkhdf --set gravity=[1,-9.81] --set time.end=2\n"
-     "  nmm run slope.yaml --json --quiet > slope.json\n",
+     "  nmm run slope.yaml --json --quiet > slope.json\n"
+     "  nmm run slope.yaml --dump-system 20:1 slope20\n",
      BIT(OPTION_OUTPUT) | BIT(OPTION_SET) | BIT(OPTION_DEVICE) | BIT(OPTION_THREADS) |
-         BIT(OPTION_JSON) | BIT(OPTION_QUIET),
+         BIT(OPTION_DUMP) | BIT(OPTION_JSON) | BIT(OPTION_QUIET),
      command_run},
     {"check", "SCENE", "Say what a scene comes to, without computing it",
      "Counts, every default chosen and why, memory, and warnings. Nothing is written.\n",
@@ -50,6 +51,30 @@ const command command_table[] = {
      "For viewers that do not read temporal VTKHDF, such as ParaView before 5.12.\n",
      "  nmm export slope.vtkhdf --vtu slope-vtu\n", BIT(OPTION_VTU) | BIT(OPTION_QUIET),
      command_export},
+    {"compare", "SCENE", "Compute the same steps on host and target and compare",
+     "Are the answers equal, how long did each phase take, from which size on does the target "
+     "pay?\n"
+     "Exit status 1 where the answers differ by more than --allow, 5 where there is no target; a\n"
+     "build with the preset fake-device has one that needs no GPU (docs/offload.md).\n",
+     "  nmm compare slope.yaml\n"
+     "  nmm compare slope.yaml --steps 10 --set solver.method=jacobi --json\n",
+     BIT(OPTION_SET) | BIT(OPTION_THREADS) | BIT(OPTION_STEPS) | BIT(OPTION_ALLOW) |
+         BIT(OPTION_JSON),
+     command_compare},
+    {"solve", "SYSTEM", "Solve one linear system with any method",
+     "Files are Matrix Market: coordinate real, symmetric or general, for the matrix, array real "
+     "for\n"
+     "vectors. nmm run --dump-system writes such systems. Without --rhs the solution is all ones.\n"
+     "Exit status 1 where the solve does not converge, with the reason.\n",
+     "  nmm solve slope20.mtx --rhs slope20_rhs.mtx --places slope20_places.mtx\n"
+     "  nmm solve slope20.mtx --method jacobi --damping 1 --stop average_change\n"
+     "  nmm solve slope20.mtx --method pcg --blocks cluster --repeat 9 --threads 1 --json\n",
+     BIT(OPTION_OUTPUT) | BIT(OPTION_DEVICE) | BIT(OPTION_THREADS) | BIT(OPTION_RHS) |
+         BIT(OPTION_GUESS) | BIT(OPTION_PLACES) | BIT(OPTION_METHOD) | BIT(OPTION_BLOCKS) |
+         BIT(OPTION_PRECISION) | BIT(OPTION_TOLERANCE) | BIT(OPTION_ABSOLUTE) | BIT(OPTION_STOP) |
+         BIT(OPTION_DAMPING) | BIT(OPTION_FACTOR) | BIT(OPTION_MAX_ITERATIONS) |
+         BIT(OPTION_REPEAT) | BIT(OPTION_JSON) | BIT(OPTION_QUIET),
+     command_solve},
     {NULL, NULL, NULL, NULL, NULL, 0, NULL}};
 
 const command *command_find(const char *name) {
@@ -73,7 +98,7 @@ static int complain_command(const char *word) {
 }
 
 static int run_command(const command *which, int n_word, char **word) {
-    arguments given = {.frame = -1, .device = NMM_DEVICE_SCENE};
+    arguments given = {.frame = -1, .device = NMM_DEVICE_SCENE, .linear = nmm_default_linear_def()};
     given.set = calloc((size_t)n_word + 1, sizeof *given.set);
     if (!given.set) {
         message_error("no memory");

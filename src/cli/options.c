@@ -15,6 +15,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define METHODS "auto, jacobi, chebyshev, pcg, sor, gauss-seidel or direct"
+#define BLOCKS "auto, cover, cluster or body"
+#define PRECISIONS "double or mixed"
+#define STOPS "residual or average_change"
+
 typedef struct option_row {
     const char *name;
     char letter;          // 0: none
@@ -27,6 +32,23 @@ static const option_row option_table[N_OPTION] = {
     [OPTION_SET] = {"set", 's', "KEY=VALUE", "replace a value of the scene; may be repeated"},
     [OPTION_DEVICE] = {"device", 0, "NAME", "where to solve: host, target or auto"},
     [OPTION_THREADS] = {"threads", 't', "N", "host threads (all)"},
+    [OPTION_STEPS] = {"steps", 0, "N", "steps to compare (to the scene's end, at most 50)"},
+    [OPTION_ALLOW] = {"allow", 0, "DIFFERENCE", "of displacements, over the largest one (1e-9)"},
+    [OPTION_DUMP] = {"dump-system", 0, "STEP:ITERATION PREFIX",
+                     "write the linear system of that step and open-close iteration, from 1"},
+    [OPTION_RHS] = {"rhs", 0, "FILE", "right-hand side (matrix times ones)"},
+    [OPTION_GUESS] = {"guess", 0, "FILE", "first guess (zeros)"},
+    [OPTION_PLACES] = {"places", 0, "FILE", "x, y and body of each two unknowns"},
+    [OPTION_METHOD] = {"method", 0, "NAME", METHODS " (auto)"},
+    [OPTION_BLOCKS] = {"blocks", 0, "NAME", "diagonal blocks: " BLOCKS " (auto)"},
+    [OPTION_PRECISION] = {"precision", 0, "NAME", PRECISIONS " (double)"},
+    [OPTION_TOLERANCE] = {"tolerance", 0, "R", "relative residual to reach (1e-8)"},
+    [OPTION_ABSOLUTE] = {"absolute", 0, "F", "norm of the residual that is small enough (none)"},
+    [OPTION_STOP] = {"stop", 0, "TEST", STOPS " (residual)"},
+    [OPTION_DAMPING] = {"damping", 0, "D", "of jacobi; 1: plain (from an estimate)"},
+    [OPTION_FACTOR] = {"factor", 0, "W", "over-relaxation of sor (1.9)"},
+    [OPTION_MAX_ITERATIONS] = {"max-iterations", 0, "N", "more is a failure (by size)"},
+    [OPTION_REPEAT] = {"repeat", 'n', "N", "solves to measure, for their median (1)"},
     [OPTION_FRAME] = {"frame", 'f', "K", "frame, from 0, or last (last)"},
     [OPTION_FIELD] = {"field", 0, "NAME", "stress, sxx, syy, sxy, displacement, velocity or block"},
     [OPTION_SCALE] = {"scale", 0, "FACTOR", "factor on displacements (true scale)"},
@@ -53,10 +75,25 @@ static bool read_integer(const char *text, long low, long high, int *value) {
     return true;
 }
 
-static bool read_scale(const char *text, double *value) {
+/// A number above 0 and below `high`.
+static bool read_number(const char *text, double high, double *value) {
     char *end;
     *value = strtod(text, &end);
-    return end != text && !*end && isfinite(*value) && *value > 0;
+    return end != text && !*end && isfinite(*value) && *value > 0 && *value < high;
+}
+
+/// A word out of a list as it is printed: "a, b or c".
+static bool read_word(const char *text, const char *list, const char **value) {
+    const size_t length = strlen(text);
+    *value = text;
+    for (const char *at = list; *at;) {
+        const size_t n = strcspn(at, ", ");
+        // The word before the last one of the list is no choice.
+        const bool joint = n == 2 && !strncmp(at, "or", 2);
+        if (!joint && n == length && !strncmp(at, text, n)) return true;
+        at += n + strspn(at + n, ", ");
+    }
+    return false;
 }
 
 static bool read_device(const char *text, nmm_device_choice *value) {
@@ -82,6 +119,53 @@ static bool read_setting(const char *text, arguments *given) {
     return true;
 }
 
+/// STEP:ITERATION
+static bool read_dump(const char *text, arguments *given) {
+    char *end;
+    errno = 0;
+    given->dump_step = strtol(text, &end, 10);
+    if (errno || end == text || *end != ':' || given->dump_step < 1) return false;
+    return read_integer(end + 1, 1, 1000000, &given->dump_iteration);
+}
+
+/// The same as keep_value, for the options of `solve`.
+static const char *keep_linear(int id, const char *value, nmm_linear_def *def) {
+    switch (id) {
+    case OPTION_RHS:
+        def->rhs = value;
+        return *value ? NULL : "a file name";
+    case OPTION_GUESS:
+        def->guess = value;
+        return *value ? NULL : "a file name";
+    case OPTION_PLACES:
+        def->places = value;
+        return *value ? NULL : "a file name";
+    case OPTION_METHOD:
+        return read_word(value, METHODS, &def->method) ? NULL : METHODS;
+    case OPTION_BLOCKS:
+        return read_word(value, BLOCKS, &def->blocks) ? NULL : BLOCKS;
+    case OPTION_PRECISION:
+        return read_word(value, PRECISIONS, &def->precision) ? NULL : PRECISIONS;
+    case OPTION_STOP:
+        return read_word(value, STOPS, &def->stop) ? NULL : STOPS;
+    case OPTION_TOLERANCE:
+        return read_number(value, 1, &def->tolerance) ? NULL : "a number above 0 and below 1";
+    case OPTION_ABSOLUTE:
+        return read_number(value, INFINITY, &def->absolute) ? NULL : "a number above 0";
+    case OPTION_DAMPING:
+        return read_number(value, 2, &def->damping) ? NULL : "a number above 0 and below 2";
+    case OPTION_FACTOR:
+        return read_number(value, 2, &def->sor_factor) ? NULL : "a number above 0 and below 2";
+    case OPTION_MAX_ITERATIONS:
+        return read_integer(value, 1, 1000000000, &def->max_iterations) ? NULL
+                                                                        : "a whole number from 1";
+    case OPTION_REPEAT:
+        return read_integer(value, 1, 1000000, &def->n_repeat) ? NULL : "a whole number from 1";
+    default:
+        return NULL;
+    }
+}
+
 /// Keep the value of an option; NULL on success, else what would have been right.
 static const char *keep_value(int id, const char *value, arguments *given) {
     switch (id) {
@@ -100,14 +184,20 @@ static const char *keep_value(int id, const char *value, arguments *given) {
         return read_device(value, &given->device) ? NULL : "host, target or auto";
     case OPTION_THREADS:
         return read_integer(value, 1, 4096, &given->n_thread) ? NULL : "a whole number from 1";
+    case OPTION_STEPS:
+        return read_integer(value, 1, 1000000000, &given->n_step) ? NULL : "a whole number from 1";
+    case OPTION_ALLOW:
+        return read_number(value, 1, &given->allow) ? NULL : "a number above 0 and below 1";
+    case OPTION_DUMP:
+        return read_dump(value, given) ? NULL : "STEP:ITERATION, each a whole number from 1";
     case OPTION_FRAME:
         return read_frame(value, &given->frame) ? NULL : "a whole number from 0, or last";
     case OPTION_SCALE:
-        return read_scale(value, &given->scale) ? NULL : "a number above 0";
+        return read_number(value, INFINITY, &given->scale) ? NULL : "a number above 0";
     case OPTION_WIDTH:
         return read_integer(value, 100, 20000, &given->width) ? NULL : "100 to 20000 pixels";
     default:
-        return NULL;
+        return keep_linear(id, value, &given->linear);
     }
 }
 
@@ -178,7 +268,12 @@ static bool take_option(const command *which, int n_word, char **word, int *at, 
     if (wanted)
         message_error("nmm %s: --%s: found \"%s\", must be %s", which->name, row->name, value,
                       wanted);
-    return !wanted;
+    if (wanted || id != OPTION_DUMP) return !wanted;
+    // The one option with two values.
+    if (*at + 1 < n_word) given->dump = word[++*at];
+    if (given->dump && *given->dump && given->dump[0] != '-') return true;
+    message_error("nmm %s: --%s %s needs a prefix for the files", which->name, row->name, value);
+    return false;
 }
 
 static bool take_path(const command *which, const char *word, arguments *given) {
@@ -218,8 +313,10 @@ static void print_options(unsigned set) {
                  row->argument ? row->argument : "");
         if (row->letter)
             printf("  -%c, %-18s %s\n", row->letter, left, row->help);
-        else
+        else if (strlen(left) <= 18)
             printf("      %-18s %s\n", left, row->help);
+        else
+            printf("      %s\n%25s%s\n", left, "", row->help);
     }
 }
 

@@ -25,6 +25,22 @@ typedef enum option_id {
     OPTION_SET,
     OPTION_DEVICE,
     OPTION_THREADS,
+    OPTION_STEPS,
+    OPTION_ALLOW,
+    OPTION_DUMP,
+    OPTION_RHS,
+    OPTION_GUESS,
+    OPTION_PLACES,
+    OPTION_METHOD,
+    OPTION_BLOCKS,
+    OPTION_PRECISION,
+    OPTION_TOLERANCE,
+    OPTION_ABSOLUTE,
+    OPTION_STOP,
+    OPTION_DAMPING,
+    OPTION_FACTOR,
+    OPTION_MAX_ITERATIONS,
+    OPTION_REPEAT,
     OPTION_FRAME,
     OPTION_FIELD,
     OPTION_SCALE,
@@ -50,6 +66,12 @@ typedef struct arguments {
     double scale;
     int width;
     const char *vtu;
+    int n_step;            // 0: chosen
+    double allow;          // 0: chosen
+    long dump_step;        // 0: no system is to be written
+    int dump_iteration;    // from 1
+    const char *dump;      // prefix of its files
+    nmm_linear_def linear; // of `solve`; path, device, threads and output stand above
     bool json, quiet, help, version;
 } arguments;
 
@@ -71,6 +93,8 @@ int command_check(const arguments *given);
 int command_info(const arguments *given);
 int command_plot(const arguments *given);
 int command_export(const arguments *given);
+int command_compare(const arguments *given);
+int command_solve(const arguments *given);
 
 /// The command of that name, or NULL.
 const command *command_find(const char *name);

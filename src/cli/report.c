@@ -131,8 +131,7 @@ static void json_counts(json *out, const nmm_summary *s) {
     json_text(out, "reason", reason_of(s));
 }
 
-static void json_phases(json *out, const nmm_summary *s) {
-    json_number(out, "wall_seconds", s->wall_seconds);
+void json_phases(json *out, const nmm_summary *s) {
     json_open(out, "phase_seconds");
     json_number(out, "contact", s->phase_seconds.contact);
     json_number(out, "assemble", s->phase_seconds.assemble);
@@ -142,7 +141,7 @@ static void json_phases(json *out, const nmm_summary *s) {
     json_close(out);
 }
 
-static void json_solver(json *out, const nmm_summary *s) {
+void json_solver(json *out, const nmm_summary *s) {
     json_open(out, "solver");
     json_text(out, "method", s->method);
     json_text(out, "device", s->device);
@@ -152,8 +151,6 @@ static void json_solver(json *out, const nmm_summary *s) {
     json_integer(out, "iterations", s->iterations);
     json_integer(out, "failed", s->failed);
     json_close(out);
-    json_integer(out, "dt_cuts", s->dt_cuts);
-    json_integer(out, "open_close_iterations", s->open_close_iterations);
 }
 
 static void json_energy(json *out, const nmm_energy *e) {
@@ -192,8 +189,11 @@ void report_json(const run_report *report) {
     json_text(&out, "scene", report->scene);
     json_text(&out, "output", report->path);
     json_counts(&out, s);
+    json_number(&out, "wall_seconds", s->wall_seconds);
     json_phases(&out, s);
     json_solver(&out, s);
+    json_integer(&out, "dt_cuts", s->dt_cuts);
+    json_integer(&out, "open_close_iterations", s->open_close_iterations);
     json_energy(&out, &s->energy);
     json_number(&out, "max_penetration", s->max_penetration);
     json_monitors(&out, report);

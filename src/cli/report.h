@@ -5,6 +5,7 @@
 #ifndef NMM_CLI_REPORT_H
 #define NMM_CLI_REPORT_H
 
+#include "json.h"
 #include "nmm/nmm.h"
 
 /// A run to be reported. `reading` gives monitor k, from the simulation or from the file.
@@ -23,5 +24,9 @@ const char *end_name(nmm_end end);
 
 void report_print(const run_report *report);
 void report_json(const run_report *report);
+
+/// The parts "phase_seconds" and "solver" of that object.
+void json_phases(json *out, const nmm_summary *summary);
+void json_solver(json *out, const nmm_summary *summary);
 
 #endif

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+//
+// nmm compare: the same steps on host and on target, side by side. Equal in every bit, or how far
+// apart; times by phase and by iteration; and from which size on the target pays, by solves of
+// generated systems on both.
+
+#include "json.h"
+#include "message.h"
+#include "options.h"
+#include "report.h"
+#include "scene_open.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/// Steps where the user does not say; sizes of the ladder, each four times the one before; a rung
+/// longer than this is the last [s]; iterations of its solves.
+enum { STEPS = 50, RUNGS = 6, FIRST_RUNG = 512, RUNG_ITERATIONS = 40 };
+#define RUNG_SECONDS 0.3
+
+enum { HOST, TARGET, SIDES };
+static const char *const side_name[SIDES] = {"host", "target"};
+
+/// One size of the ladder: seconds of a whole solve of so many iterations.
+typedef struct rung {
+    int unknowns, iterations;
+    double seconds[SIDES];
+} rung;
+
+typedef struct comparison {
+    nmm_sim *sim[SIDES];
+    nmm_summary summary[SIDES];
+    bool equal;      // every bit of the state, at every step
+    long first;      // step at which it was not; 0: none
+    double distance; // largest difference of displacements over the largest displacement
+    double allowed;
+    bool agree;
+    int n_rung;
+    rung rung[RUNGS];
+    double pays_from;  // unknowns from which on the target is faster; 0: not found
+    bool is_estimated; // pays_from lies between or beyond the sizes measured
+} comparison;
+
+// --- The steps
+
+static int open_sides(comparison *c, const arguments *given) {
+    for (int side = HOST; side < SIDES; side++) {
+        arguments one = *given;
+        one.device = side == HOST ? NMM_DEVICE_HOST : NMM_DEVICE_TARGET;
+        const int status = scene_open(&c->sim[side], &one);
+        if (status == EXIT_DEVICE)
+            message_note("A build with the preset fake-device has a target that needs no GPU; see "
+                         "docs/offload.md.");
+        if (status != EXIT_DONE) return status;
+    }
+    return EXIT_DONE;
+}
+
+// Numbers that are not finite are infinitely far apart.
+static double distance_of(const nmm_sim *a, const nmm_sim *b) {
+    const nmm_view x = nmm_sim_view(a, "displacement"), y = nmm_sim_view(b, "displacement");
+    double largest = 0, apart = 0;
+    for (int i = 0; i < x.count * x.width; i++) {
+        const double d = fabs(x.data[i] - y.data[i]);
+        if (!(d < INFINITY)) return INFINITY;
+        apart = fmax(apart, d);
+        largest = fmax(largest, fmax(fabs(x.data[i]), fabs(y.data[i])));
+    }
+    return apart > 0 ? apart / largest : 0;
+}
+
+static void compare_states(comparison *c) {
+    for (int side = HOST; side < SIDES; side++)
+        nmm_sim_summary(c->sim[side], &c->summary[side]);
+    const nmm_summary *a = &c->summary[HOST], *b = &c->summary[TARGET];
+    c->distance = fmax(c->distance, distance_of(c->sim[HOST], c->sim[TARGET]));
+    const bool equal = a->state_hash == b->state_hash && a->iterations == b->iterations &&
+                       a->end == b->end && a->dt_cuts == b->dt_cuts;
+    if (!equal && c->equal) c->first = a->steps;
+    c->equal = c->equal && equal;
+}
+
+static int take_steps(comparison *c, const arguments *given) {
+    nmm_step_report report[SIDES] = {{.end = NMM_END_RUNNING}, {.end = NMM_END_RUNNING}};
+    const int most = given->n_step > 0 ? given->n_step : STEPS;
+    c->equal = true;
+    for (int k = 0; k < most; k++) {
+        for (int side = HOST; side < SIDES; side++) {
+            if (nmm_sim_step(c->sim[side], &report[side]) != NMM_OK)
+                return message_failure(nmm_sim_error(c->sim[side]), given->path);
+        }
+        compare_states(c);
+        if (report[HOST].end != NMM_END_RUNNING || report[TARGET].end != NMM_END_RUNNING) break;
+    }
+    c->allowed = given->allow > 0 ? given->allow : 1e-9;
+    // Where only one side ended, or their times differ, the answers differ whatever the distance.
+    c->agree = c->equal || (c->distance <= c->allowed && report[HOST].end == report[TARGET].end &&
+                            c->summary[HOST].time == c->summary[TARGET].time);
+    return EXIT_DONE;
+}
+
+static double iteration_seconds(const nmm_summary *s) {
+    return s->iterations > 0 ? s->phase_seconds.solve / (double)s->iterations : 0;
+}
+
+// --- Break-even
+
+static bool measure_rung(rung *r, int unknowns, int n_thread) {
+    for (int side = HOST; side < SIDES; side++) {
+        nmm_linear_report report;
+        nmm_linear_def def = nmm_default_linear_def();
+        def.generate = unknowns;
+        def.method = "pcg";
+        def.blocks = "cover";
+        def.tolerance = 1e-14;
+        def.max_iterations = RUNG_ITERATIONS;
+        def.n_repeat = 3;
+        def.n_thread = n_thread;
+        def.device = side == HOST ? NMM_DEVICE_HOST : NMM_DEVICE_TARGET;
+        if (nmm_linear_solve(&def, &report) != NMM_OK) return false;
+        r->unknowns = report.order;
+        r->iterations = report.iterations;
+        r->seconds[side] = report.seconds;
+    }
+    return true;
+}
+
+// Where two straight lines through both rungs cross; 0: beyond the second one nowhere.
+static double crossing(const rung *a, const rung *b) {
+    const double before = a->seconds[TARGET] - a->seconds[HOST];
+    const double after = b->seconds[TARGET] - b->seconds[HOST];
+    if (!(before > after)) return 0;
+    return b->unknowns + after / (before - after) * (b->unknowns - a->unknowns);
+}
+
+static void find_break_even(comparison *c, int n_thread) {
+    double longest = 0;
+    for (int size = FIRST_RUNG; c->n_rung < RUNGS && longest < RUNG_SECONDS; size *= 4) {
+        rung *r = &c->rung[c->n_rung];
+        if (!measure_rung(r, size, n_thread)) return;
+        c->n_rung += 1;
+        longest = fmax(r->seconds[HOST], r->seconds[TARGET]);
+        if (r->seconds[TARGET] > r->seconds[HOST]) continue;
+        // Faster: from here on, or from somewhere behind the rung before.
+        c->is_estimated = c->n_rung > 1;
+        c->pays_from = c->is_estimated ? crossing(r - 1, r) : r->unknowns;
+        return;
+    }
+    if (c->n_rung < 2) return;
+    c->is_estimated = true;
+    c->pays_from = crossing(&c->rung[c->n_rung - 2], &c->rung[c->n_rung - 1]);
+}
+
+// --- Text
+
+static void print_answers(const comparison *c) {
+    const nmm_summary *s = &c->summary[HOST];
+    if (c->equal)
+        printf("  answers: equal in every bit, state hash %016llx\n",
+               (unsigned long long)s->state_hash);
+    else
+        printf("  answers: bits differ from step %ld on; displacements by %.3g of the largest, "
+               "allowed %.3g: %s\n",
+               c->first, c->distance, c->allowed, c->agree ? "they agree" : "they DIFFER");
+}
+
+static void print_times(const comparison *c) {
+    const nmm_phases *p[SIDES] = {&c->summary[HOST].phase_seconds,
+                                  &c->summary[TARGET].phase_seconds};
+    const struct {
+        const char *name;
+        double seconds[SIDES];
+    } row[] = {{"contact", {p[HOST]->contact, p[TARGET]->contact}},
+               {"assemble", {p[HOST]->assemble, p[TARGET]->assemble}},
+               {"solve", {p[HOST]->solve, p[TARGET]->solve}},
+               {"advance", {p[HOST]->advance, p[TARGET]->advance}}};
+    printf("\nTime [s]               host     target\n");
+    for (int k = 0; k < 4; k++)
+        printf("  %-14s %10.4f %10.4f\n", row[k].name, row[k].seconds[HOST],
+               row[k].seconds[TARGET]);
+    printf("  %-14s %10.3g %10.3g\n", "one iteration", iteration_seconds(&c->summary[HOST]),
+           iteration_seconds(&c->summary[TARGET]));
+}
+
+static void print_break_even(const comparison *c) {
+    printf("\nOne solve of a generated system [s], setup and transfers included\n");
+    printf("  unknowns  iterations      host     target\n");
+    for (int k = 0; k < c->n_rung; k++)
+        printf("  %8d  %10d %9.3g  %9.3g\n", c->rung[k].unknowns, c->rung[k].iterations,
+               c->rung[k].seconds[HOST], c->rung[k].seconds[TARGET]);
+    if (c->pays_from > 0)
+        printf("  the target pays from %s%.3g unknowns on%s\n",
+               !c->is_estimated && c->n_rung == 1 ? "at most " : "about ", c->pays_from,
+               c->is_estimated ? " (estimate, by straight lines through the last two sizes)" : "");
+    else
+        printf("  the target does not pay at any size measured, nor gains with size\n");
+}
+
+static void print_comparison(const comparison *c, const char *path) {
+    const nmm_summary *s = c->summary;
+    printf("%s: %ld steps to %.6g s, %d unknowns, %d contacts\n", path, s[HOST].steps, s[HOST].time,
+           s[HOST].unknowns, s[HOST].contacts);
+    for (int side = HOST; side < SIDES; side++)
+        printf("  %s: solver %s, %s precision, %ld solves, %ld iterations\n", side_name[side],
+               s[side].method, s[side].precision, s[side].solves, s[side].iterations);
+    print_answers(c);
+    print_times(c);
+    print_break_even(c);
+}
+
+// --- JSON
+
+static void json_side(json *out, const comparison *c, int side) {
+    const nmm_summary *s = &c->summary[side];
+    json_open(out, side_name[side]);
+    json_integer(out, "steps", s->steps);
+    json_number(out, "time", s->time);
+    json_phases(out, s);
+    json_solver(out, s);
+    json_number(out, "seconds_per_iteration", iteration_seconds(s));
+    json_hash(out, "state_hash", s->state_hash);
+    json_close(out);
+}
+
+static void json_break_even(json *out, const comparison *c) {
+    json_open(out, "break_even");
+    // JSON knows no infinity: null where the target never pays.
+    json_number(out, "unknowns", c->pays_from > 0 ? c->pays_from : INFINITY);
+    json_boolean(out, "estimated", c->is_estimated);
+    json_open_array(out, "measured");
+    for (int k = 0; k < c->n_rung; k++) {
+        const rung *r = &c->rung[k];
+        json_open(out, NULL);
+        json_integer(out, "unknowns", r->unknowns);
+        json_integer(out, "iterations", r->iterations);
+        json_number(out, "host_seconds", r->seconds[HOST]);
+        json_number(out, "target_seconds", r->seconds[TARGET]);
+        json_close(out);
+    }
+    json_close_array(out);
+    json_close(out);
+}
+
+static void json_comparison(const comparison *c, const char *path) {
+    json out = {.file = stdout};
+    json_open(&out, NULL);
+    json_text(&out, "scene", path);
+    json_integer(&out, "steps", c->summary[HOST].steps);
+    json_integer(&out, "unknowns", c->summary[HOST].unknowns);
+    json_integer(&out, "contacts", c->summary[HOST].contacts);
+    json_boolean(&out, "equal_bits", c->equal);
+    json_integer(&out, "first_difference_step", c->first);
+    json_number(&out, "difference", c->distance);
+    json_number(&out, "allowed", c->allowed);
+    json_boolean(&out, "agree", c->agree);
+    json_side(&out, c, HOST);
+    json_side(&out, c, TARGET);
+    json_break_even(&out, c);
+    json_close(&out);
+}
+
+// --- The command
+
+static int judge(const comparison *c, const char *path) {
+    const nmm_summary *target = &c->summary[TARGET];
+    if (target->iterations > 0 && !target->on_device) {
+        message_error("%s: the target's solves were not seen to run on a device", path);
+        return EXIT_DEVICE;
+    }
+    if (c->agree) return EXIT_DONE;
+    message_error("%s: host and target differ: displacements by %.3g of the largest, allowed %.3g; "
+                  "%ld and %ld steps to %.9g and %.9g s",
+                  path, c->distance, c->allowed, c->summary[HOST].steps, target->steps,
+                  c->summary[HOST].time, target->time);
+    return EXIT_EARLY;
+}
+
+int command_compare(const arguments *given) {
+    comparison c = {0};
+    int status = open_sides(&c, given);
+    if (status == EXIT_DONE) status = take_steps(&c, given);
+    if (status == EXIT_DONE) {
+        find_break_even(&c, given->n_thread);
+        if (given->json)
+            json_comparison(&c, given->path);
+        else
+            print_comparison(&c, given->path);
+        fflush(stdout);
+        status = judge(&c, given->path);
+    }
+    for (int side = HOST; side < SIDES; side++)
+        nmm_sim_destroy(c.sim[side]);
+    return status;
+}
