@@ -195,7 +195,8 @@ NMM_API int nmm_sim_dumped(const nmm_sim *sim);
 typedef struct nmm_linear_def {
     const char *matrix; ///< Matrix Market: coordinate real, symmetric or general
     int generate;       ///< with `matrix` NULL: a plate of about so many unknowns, in a step
-    const char *rhs;    ///< array real; NULL: matrix times ones, so that the solution is known
+    const char *rhs;    ///< array real; NULL: matrix times ones, so that the solution is known;
+                        ///< of a generated system loads at random, always the same
     const char *guess;  ///< array real; NULL: zeros
     const char *places; ///< array real, x, y, body of each two unknowns; NULL: not known
     const char *output; ///< solution, written when it converged; NULL: nowhere
