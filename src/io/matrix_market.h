@@ -11,7 +11,7 @@
 #include "io.h"
 
 /// Largest order and number of entries of a file: both halves still count in an int.
-#define NMM_MARKET_MOST 1000000000L
+#define NMM_MARKET_MOST 500000000L
 
 typedef struct nmm_coordinate {
     int row, column; // from 0
