@@ -115,16 +115,37 @@ class Words(Case):
         self.wrong("names the scene itself", "run", "fall.yaml", "-o", "./fall.yaml")
         self.wrong("to what", "export", "a.vtkhdf")
 
+    def test_wrong_command_lines_of_systems(self):
+        self.wrong("which SYSTEM", "solve")
+        self.wrong("unknown option --metod; did you mean --method", "solve", "a.mtx", "--metod", "x")
+        self.wrong("unknown option --dump-sytem; did you mean --dump-system", "run", "--dump-sytem")
+        self.wrong("unknown option --rhs", "run", "fall.yaml", "--rhs", "a")
+        self.wrong("must be auto, jacobi, .* or direct", "solve", "a.mtx", "--method", "or")
+        self.wrong("must be auto, jacobi, .* or direct", "solve", "a.mtx", "--method", "gauss_seidel")
+        self.wrong("must be auto, cover, cluster or body", "solve", "a.mtx", "--blocks", "")
+        self.wrong("must be double or mixed", "solve", "a.mtx", "--precision", "half")
+        self.wrong("must be residual or average_change", "solve", "a.mtx", "--stop", "never")
+        for option, values in {"tolerance": "0 1 nan x -1", "absolute": "0 inf", "damping": "2 0",
+                               "factor": "2 0", "max-iterations": "0 1.5", "repeat": "0 x"}.items():
+            for value in values.split():
+                self.wrong("must be a", "solve", "a.mtx", "--" + option, value)
+        for place in "1", "1:", ":1", "0:1", "1:0", "1:1:1", "a:b", "1:-1", "99999999999999999999:1":
+            self.wrong("must be STEP:ITERATION", "run", "fall.yaml", "--dump-system", place, "a")
+        for prefix in [], [""], ["--json"]:
+            self.wrong("needs a prefix", "run", "fall.yaml", "--dump-system", "1:1", *prefix)
+        for option, value in ("steps", "0"), ("allow", "1"), ("allow", "0"):
+            self.wrong("must be a", "compare", "fall.yaml", "--" + option, value)
+
     def test_commands_to_come_are_not_known(self):
         listed, _ = self.expect(0, "--help")
-        for name in "view resume compare trade sweep bench solve".split():
+        for name in "view resume trade sweep bench".split():
             self.wrong("unknown command " + name, name, "fall.yaml")
             self.assertNotRegex(listed, rf"\n  {name}\b")
 
     def test_help_and_version_everywhere(self):
         listed, _ = self.expect(0, "--help", out="Examples:")
         commands = re.findall(r"^  ([a-z]+) ", listed.split("Commands:")[1].split("\n\n")[0], re.M)
-        self.assertEqual(commands, ["run", "check", "info", "plot", "export"])
+        self.assertEqual(commands, ["run", "check", "info", "plot", "export", "compare", "solve"])
         self.assertEqual(self.expect(0, "-h")[0], listed)
         for name in commands:
             text, err = self.expect(0, name, "--help", out="Usage: nmm " + name)
@@ -136,7 +157,7 @@ class Words(Case):
         self.expect(0, "--version", out=r"^nmm \d+\.\d+\.\d+ \(.*\)\n$")
 
     def test_examples_of_the_help_parse(self):
-        for name in "run check info plot export".split():
+        for name in "run check info plot export compare solve".split():
             text, _ = self.expect(0, name, "--help")
             for line in text.split("Examples:\n")[1].strip().split("\n"):
                 words = line.split(">")[0].split()[1:]
@@ -306,6 +327,130 @@ joints:
         self.expect(4, "plot", "fall.vtkhdf", "-o", "none/a.png", err="none/a.png")
         self.expect(0, "export", "fall.vtkhdf", "--vtu", "out", out="6 frames")
         self.assertEqual(len([n for n in os.listdir(self.at("out")) if n.endswith(".vtu")]), 6)
+
+
+SYSTEM = """%%MatrixMarket matrix coordinate real symmetric
+3 3 5
+1 1 4
+2 1 1
+2 2 3
+3 2 -1
+3 3 2
+"""
+
+SOLVE_FIELDS = """matrix rhs output order padded entries method blocks precision why device on_device
+threads converged end reason row setups iterations residual lambda_min lambda_max solution_norm
+seconds least_seconds read_seconds repeat""".split()
+
+
+class Systems(Case):
+    """nmm run --dump-system, nmm solve, nmm compare."""
+
+    def solve(self, *words, status=0):
+        out, err = self.expect(status, "solve", *words, "--json")
+        result = strict_json(out)
+        self.assertEqual([f for f in SOLVE_FIELDS if f not in result], [])
+        return result, err
+
+    def test_a_dumped_system(self):
+        result = strict_json(self.expect(0, "run", "fall.yaml", "--json", "--dump-system", "2:1",
+                                         "second")[0])
+        self.assertEqual(sorted(n for n in os.listdir(self.folder) if n.startswith("second")),
+                         ["second.mtx", "second_guess.mtx", "second_places.mtx", "second_rhs.mtx"])
+        with open(self.at("second.mtx"), encoding="ascii") as file:
+            text = file.read()
+        self.assertRegex(text, "^%%MatrixMarket matrix coordinate real (general|symmetric)\n"
+                               "% step 2, open-close iteration 1, try 1 of the step, from time 0.001")
+        files = ["second.mtx", "--rhs", "second_rhs.mtx", "--guess", "second_guess.mtx",
+                 "--places", "second_places.mtx"]
+        norms = []
+        for method in "pcg", "jacobi", "sor":
+            solved, err = self.solve(*files, "--method", method, "--tolerance", "1e-12",
+                                     "-o", "u.mtx", "--repeat", "3")
+            self.assertEqual((solved["end"], solved["method"], err), ("converged", method, ""))
+            self.assertEqual(solved["order"], result["unknowns"])
+            self.assertLessEqual(solved["residual"], 1e-12)
+            with open(self.at("u.mtx"), encoding="ascii") as file:
+                lines = file.read().split("\n")
+            self.assertEqual(lines[0], "%%MatrixMarket matrix array real general")
+            number = [float(line) for line in lines[2:-1]]
+            self.assertEqual(len(number), solved["order"])
+            self.assertAlmostEqual(math.hypot(*number) / solved["solution_norm"], 1, delta=1e-14)
+            norms.append(solved["solution_norm"])
+        # A fall: every cover moves by v h + g h^2 / 2 in the second step.
+        wanted = (10 * 1e-3 * 1e-3 + 10 * 1e-3 ** 2 / 2) * math.sqrt(result["covers"])
+        for norm in norms:
+            self.assertAlmostEqual(norm / wanted, 1, delta=1e-4)
+
+    def test_a_system_that_never_comes(self):
+        _, err = self.expect(1, "run", "fall.yaml", "-q", "--dump-system", "99:1", "a")
+        self.assertIn("no such step or iteration", err)
+        self.assertEqual([n for n in os.listdir(self.folder) if n.endswith(".mtx")], [])
+        self.expect(4, "run", "fall.yaml", "-q", "--dump-system", "1:1", "none/a", err="none/a")
+
+    def test_ones(self):
+        self.write("a.mtx", SYSTEM)
+        out, err = self.expect(0, "solve", "a.mtx", out="one decoupled unknown more")
+        self.assertRegex(out, "order 3, 7 entries")
+        self.assertRegex(out, "matrix times ones, largest error")
+        self.assertEqual(err, "")
+        solved, _ = self.solve("a.mtx", "--tolerance", "1e-13")
+        self.assertLess(solved["error"], 1e-12)
+        self.assertEqual((solved["padded"], solved["rhs"]), (1, None))
+        self.assertEqual(self.expect(0, "solve", "a.mtx", "-q")[0], "")
+
+    def test_solves_that_fail(self):
+        self.write("a.mtx", SYSTEM.replace("3 3 2", "3 3 -2"))
+        solved, err = self.solve("a.mtx", "-o", "u.mtx", "--method", "pcg", status=1)
+        self.assertEqual((solved["converged"], solved["end"]), (False, "indefinite"))
+        self.assertEqual((solved["row"], solved["output"]), (3, None))
+        self.assertRegex(err, "error: a.mtx: not solved: matrix not positive definite .* rows 3 and 4")
+        self.assertFalse(os.path.exists(self.at("u.mtx")))
+
+    def test_wrong_systems(self):
+        for change, place, words in (
+                (("coordinate", "coordinates"), "1:23", "found 'coordinates'"),
+                (("3 3 5", "3 4 5"), "2:1", "must be square"),
+                (("2 1 1", "2 1 one"), "4:5", "found 'one'"),
+                (("3 2 -1", "3 4 -1"), "6:3", "the column"),
+                (("3 3 2", "2 2 2"), "7:1", "row 2, column 2 is given a second time"),
+                (("3 3 2\n", ""), "7:1", "ends after 4 of 5")):
+            self.write("a.mtx", SYSTEM.replace(*change))
+            out, err = self.expect(3, "solve", "a.mtx", "--json")
+            self.assertEqual(out, "")
+            self.assertRegex(err, rf"^a\.mtx:{place}: error: .*{words}")
+        self.write("a.mtx", SYSTEM.replace("symmetric", "general"))
+        self.expect(3, "solve", "a.mtx", err="must be symmetric: row 1, column 2 is 0, but row 2")
+        self.write("a.mtx", SYSTEM)
+        self.expect(3, "solve", "a.mtx", "--rhs", "a.mtx", err=r"a\.mtx:1:23: error: must be array")
+        self.expect(3, "solve", "fall.yaml", err=r"fall\.yaml:1:1: error: must be %%MatrixMarket")
+        self.expect(4, "solve", "none.mtx", err="none.mtx")
+        self.expect(4, "solve", "a.mtx", "--rhs", "none.mtx", err="none.mtx")
+        self.expect(4, "solve", "a.mtx", "-o", "none/u.mtx", err="none/u.mtx")
+        no_device = {**os.environ, "OMP_TARGET_OFFLOAD": "DISABLED"}
+        self.expect(5, "solve", "a.mtx", "--device", "target", err="no target", env=no_device)
+
+    def test_compare_without_a_target(self):
+        out, _ = self.expect(5, "compare", "fall.yaml", "--json", err="fake-device",
+                             env={**os.environ, "OMP_TARGET_OFFLOAD": "DISABLED"})
+        self.assertEqual(out, "")
+        self.expect(4, "compare", "none.yaml")
+        self.expect(3, "compare", "fall.yaml", "--set", "time.ende=1", err="ende")
+
+    @unittest.skipUnless("NMM_EXPECT_DEVICE" in os.environ, "needs the preset fake-device")
+    def test_compare(self):
+        out, err = self.expect(0, "compare", "fall.yaml", "--json")
+        result = strict_json(out)
+        self.assertEqual((result["equal_bits"], result["agree"], result["difference"], err),
+                         (True, True, 0, ""))
+        self.assertEqual(result["steps"], 10)
+        for side in "host", "target":
+            self.assertEqual(result[side]["solver"]["on_device"], side == "target")
+            self.assertGreater(result[side]["seconds_per_iteration"], 0)
+            self.assertEqual(sorted(result[side]["phase_seconds"]), sorted(PHASE_FIELDS))
+        self.assertEqual(result["host"]["state_hash"], result["target"]["state_hash"])
+        self.assertGreater(len(result["break_even"]["measured"]), 1)
+        self.expect(0, "compare", "fall.yaml", "--steps", "3", out="equal in every bit")
 
 
 class Readme(Case):

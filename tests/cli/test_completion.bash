@@ -27,3 +27,8 @@ expect "--device" nmm run --de
 expect "host" nmm run --device h
 expect "displacement" nmm plot --field di
 expect "--version --vtu" nmm export --v
+expect "--dump-system" nmm run --du
+expect "--max-iterations" nmm solve --max-
+expect "jacobi" nmm solve --method j
+expect "cluster" nmm solve --blocks cl
+expect "solve" nmm so
