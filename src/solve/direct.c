@@ -190,19 +190,17 @@ static cholmod_sparse *make_graph(nmm_direct *d) {
 // Elimination order of the unknowns, by approximate minimum degree of the block rows.
 static nmm_status find_order(nmm_context *context, nmm_direct *d, SuiteSparse_long *order) {
     cholmod_sparse *graph = make_graph(d);
-    if (graph != NULL) {
-        SuiteSparse_long *row_order = order + d->n_row;
-        cholmod_l_amd(graph, NULL, 0, row_order, &d->common);
-        for (int k = 0; k < d->n_row && d->common.status >= CHOLMOD_OK; k++) {
-            const SuiteSparse_long row = row_order[k];
-            order[2 * (long)k] = 2 * row;
-            order[2 * (long)k + 1] = 2 * row + 1;
-        }
-        const int status = d->common.status;
-        cholmod_l_free_sparse(&graph, &d->common);
-        d->common.status = status;
+    SuiteSparse_long *row_order = order + d->n_row;
+    if (graph != NULL) cholmod_l_amd(graph, NULL, 0, row_order, &d->common);
+    const nmm_status status = judge(context, d);
+    cholmod_l_free_sparse(&graph, &d->common);
+    // The rows' order lies in the second half, and is read before it is written over.
+    for (int k = 0; status == NMM_OK && k < d->n_row; k++) {
+        const SuiteSparse_long row = row_order[k];
+        order[2 * (long)k] = 2 * row;
+        order[2 * (long)k + 1] = 2 * row + 1;
     }
-    return judge(context, d);
+    return status;
 }
 
 // Order and shape of L.

@@ -236,8 +236,9 @@ static void test_row_of_pivot(void **state) {
             triplets_add(&x.context, &list, MIDDLE, row, arm);
         }
         test_system_build(&x.context, &x.system, &list, N);
-        for (int i = 0; i < 2 * N; i++)
-            x.system.f[i] = 1 + i;
+        // Across the negative direction: u = f would solve even the indefinite system.
+        x.system.f[0] = 1;
+        x.system.f[2] = -1;
         open_solver(&x);
         solve_from_zero(&x);
         if (definite) expect_converged(&x);
@@ -252,22 +253,55 @@ static void test_row_of_pivot(void **state) {
     }
 }
 
-// A block that nothing holds and that has no mass: no equilibrium, and a row of that block is
-// named.
+// Blocks that nothing holds and that have no mass: no equilibrium, whatever sign rounding gives the
+// last pivot, and a row of such a block is named. What is left of a guess that is no number is
+// zero.
 static void test_floating_block(void **state) {
     (void)state;
     needs_direct();
-    fixture x = {.context.n_thread = 1};
-    const rock wall = {.n_across = 1, .n_up = 2, .n_node = 4, .courant = 0, .spring = 0, .seed = 1};
-    test_system_rock(&x.context, &x.system, &wall);
-    open_solver(&x);
-    solve_from_zero(&x);
-    assert_int_equal(x.report.end, NMM_SOLVE_INDEFINITE);
-    assert_in_range(x.report.row, 16, 31);
-    assert_true(x.report.residual <= 1 + 1e-12);
-    for (int i = 0; i < 2 * x.system.K.n_row; i++)
-        assert_true(isfinite(x.u[i]));
-    tear_down(&x);
+    for (int n_node = 2; n_node <= 9; n_node++) {
+        fixture x = {.context.n_thread = 1};
+        const rock wall = {.n_across = 1, .n_up = 2, .n_node = n_node, .seed = 1};
+        test_system_rock(&x.context, &x.system, &wall);
+        open_solver(&x);
+        x.u[3] = NAN;
+        assert_int_equal(try_solve(&x), NMM_OK);
+        assert_int_equal(x.report.end, NMM_SOLVE_INDEFINITE);
+        assert_in_range(x.report.row, n_node * n_node, 2 * n_node * n_node - 1);
+        assert_true(x.report.residual <= 1 + 1e-12);
+        for (int i = 0; i < 2 * x.system.K.n_row; i++)
+            assert_true(isfinite(x.u[i]));
+        tear_down(&x);
+    }
+}
+
+// Chains of seeded springs that nothing holds, pulled: the last pivot is rounding of either sign.
+static void test_floating_chain(void **state) {
+    (void)state;
+    needs_direct();
+    enum { N = 12 };
+    for (uint64_t seed = 0; seed < 40; seed++) {
+        fixture x = {.context.n_thread = 1};
+        triplets list = {0};
+        nmm_random random = nmm_random_seed(seed);
+        for (int row = 1; row < N; row++) {
+            const double k = 0.1 + nmm_random_unit(&random);
+            const double spring[4] = {k, 0, 0, k}, back[4] = {-k, 0, 0, -k};
+            triplets_add(&x.context, &list, row, row, spring);
+            triplets_add(&x.context, &list, row - 1, row - 1, spring);
+            triplets_add(&x.context, &list, row, row - 1, back);
+            triplets_add(&x.context, &list, row - 1, row, back);
+        }
+        test_system_build(&x.context, &x.system, &list, N);
+        x.system.f[4] = 1;
+        open_solver(&x);
+        x.u[3] = NAN;
+        assert_int_equal(try_solve(&x), NMM_OK);
+        assert_int_equal(x.report.end, NMM_SOLVE_INDEFINITE);
+        assert_in_range(x.report.row, 0, N - 1);
+        assert_near(test_true_residual(&x.system, x.u), x.report.residual, 1e-12);
+        tear_down(&x);
+    }
 }
 
 // What rounding does not allow is not called converged.
@@ -323,6 +357,18 @@ static void test_changed_contacts(void **state) {
         }
         // Tolerance times what the condition of this wall allows.
         assert_true(difference <= 1e-6 * size);
+        // Without reuse nothing is left of the matrix before.
+        change_contacts(&x.system, 1, 4);
+        change_contacts(&fresh.system, 1, 4);
+        x.options.reuse = false;
+        nmm_solve_host()->close(&fresh.context, &fresh.solver);
+        assert_int_equal(nmm_solve_host()->open(&fresh.context, &fresh.solver, fresh.system.K.n_row,
+                                                fresh.system.n_block),
+                         NMM_OK);
+        solve_from_zero(&x);
+        solve_from_zero(&fresh);
+        assert_int_equal(x.report.setups, 1);
+        assert_memory_equal(x.u, fresh.u, 2 * (size_t)x.system.K.n_row * sizeof *x.u);
         tear_down(&fresh);
         tear_down(&x);
     }
@@ -345,7 +391,8 @@ static void test_drift(void **state) {
         iterations += x.report.iterations;
     }
     assert_in_range(setups, 2, STEPS / 3);
-    assert_in_range(iterations, STEPS, 20 * STEPS);
+    // Without giving up factors in time it is twice as many.
+    assert_in_range(iterations, STEPS, 7 * STEPS);
     tear_down(&x);
 }
 
@@ -500,6 +547,7 @@ int main(void) {
         cmocka_unit_test(test_empty_and_unloaded),
         cmocka_unit_test(test_row_of_pivot),
         cmocka_unit_test(test_floating_block),
+        cmocka_unit_test(test_floating_chain),
         cmocka_unit_test(test_never_too_good),
         cmocka_unit_test(test_changed_contacts),
         cmocka_unit_test(test_drift),
