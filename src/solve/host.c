@@ -1,23 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// The host backend: the kernel text with ordinary parallel regions. The matrix is read where it
-// lies; nothing is sent or fetched. A batch is one parallel region, so that threads start once for
-// several iterations; inside it loops are shared by `omp for`, whose barrier separates kernels.
-// Not `omp target` without a device: each such region builds and destroys its threads anew.
+// The host backend: which variant of the Jacobi family runs.
 
 #include "solver.h"
 
-#include <math.h>
-#include <string.h>
-
-#define PARALLEL_FOR _Pragma("omp for schedule(static)")
-#define SINGLE _Pragma("omp single")
-#define BATCH _Pragma("omp parallel num_threads(s->n_thread)")
-#define SEND(p, n) ((void)(n))
-#define FETCH(p, n) ((void)(n))
-#define ON_DEVICE 0
-
-#include "jacobi_kernels.inl"
+static bool has_avx2(void) {
+#if defined(__x86_64__)
+    return __builtin_cpu_supports("avx2");
+#else
+    return false;
+#endif
+}
 
 static nmm_status open_host(nmm_context *context, nmm_solver **solver, int max_row, int max_block) {
     const nmm_status status = nmm_solver_create(context, solver, max_row, max_block, false);
@@ -25,14 +18,26 @@ static nmm_status open_host(nmm_context *context, nmm_solver **solver, int max_r
     return status;
 }
 
+static double run_jacobi_family(nmm_solver *solver, const double *u, nmm_solve_report *report) {
+    const bool wide = has_avx2();
+    if (solver->n_thread > 1) {
+        return wide ? nmm_jacobi_threads_avx2(solver, u, report)
+                    : nmm_jacobi_threads(solver, u, report);
+    }
+    return wide ? nmm_jacobi_serial_avx2(solver, u, report) : nmm_jacobi_serial(solver, u, report);
+}
+
 static nmm_status solve_host(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                              const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_prepare(context, solver, K, keep_pattern, options));
-    if (!nmm_solver_start(solver, K, f, u, report)) return NMM_OK;
+    bool ready = false;
+    TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
+    if (!ready) return NMM_OK;
     const nmm_solve_method method = solver->options.method;
     const bool serial = method == NMM_SOLVE_SOR || method == NMM_SOLVE_GAUSS_SEIDEL;
-    const double norm = serial ? nmm_sor_run(solver, u, report) : run_method(solver, u, report);
+    const double norm =
+        serial ? nmm_sor_run(solver, u, report) : run_jacobi_family(solver, u, report);
     nmm_solver_finish(solver, norm, u, report);
     return NMM_OK;
 }
