@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Clusters by Kruskal's method: couplings from the strongest to the weakest, in classes by powers of
-// two; each joins the clusters of its two rows where both fit into one group. What is left over is
-// packed, largest first, so that no two groups are half empty. All of it is serial and reads the
+// Clusters by Kruskal's method: couplings from the strongest to the weakest, in classes by powers
+// of two; each joins the clusters of its two rows where both fit into one group. What is left over
+// is packed, largest first, so that no two groups are half empty. All of it is serial and reads the
 // matrix alone: one result for any number of threads.
 
 #include "clusters.h"
@@ -271,6 +271,7 @@ void nmm_clusters_invert(int n_group, const int *row_start, const int *col, cons
             gather(g, row_start, col, value, true, a);
             invert(a);
         }
-        store(row_start, g, a, dense + (long)g * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS, scale + g);
+        store(row_start, g, a, dense + (long)g * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS,
+              scale + g);
     }
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Clusters of block rows: groups of up to 8 rows that couple most, so that stiff contact springs
-// fall inside one dense diagonal block. Found from the matrix alone. Equations: docs/theory/6-solve.md.
+// fall inside one dense diagonal block. Found from the matrix alone. Equations:
+// docs/theory/6-solve.md.
 
 #ifndef NMM_CLUSTERS_H
 #define NMM_CLUSTERS_H
@@ -15,10 +16,10 @@
 /// A new order of the rows: group g has the places 8 g .. 8 g + 7, some of them empty.
 typedef struct nmm_clusters {
     int n_group;
-    int *order;            // [8 n_group] row of the caller, -1: empty
-    int *place;            // [n_row] place of a row: the inverse of order
-    int *entry;            // [n_block] entry of the caller's matrix for an entry in the new order
-    int n_row, n_block;    // what there is room for
+    int *order;         // [8 n_group] row of the caller, -1: empty
+    int *place;         // [n_row] place of a row: the inverse of order
+    int *entry;         // [n_block] entry of the caller's matrix for an entry in the new order
+    int n_row, n_block; // what there is room for
     // Scratch of the search.
     int *parent, *size; // [n_row] trees of rows that belong together
     double *square;     // [n_row] |K_ii|^2

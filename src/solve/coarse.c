@@ -11,7 +11,7 @@
 
 // Rows of a part: about this times the square root of all rows, which makes the factor cost as much
 // as some ten iterations; at least LEAST_ROWS.
-#define PART_SHARE 0.25
+#define PART_SHARE 0.2
 #define LEAST_ROWS 10
 
 // A pivot below this part of its diagonal: the motion moves nothing that others do not.
@@ -335,21 +335,4 @@ void nmm_coarse_make(nmm_coarse *coarse, const nmm_coarse_source *source) {
     for (int p = 0; p < n_part; p++)
         project_part(coarse, source, p);
     factorise(coarse);
-}
-
-void nmm_coarse_solve(const nmm_coarse *coarse) {
-    const nmm_coarse *c = coarse;
-    double *x = c->move;
-    const int n = 3 * c->n_part;
-    for (int i = 0; i < n; i++) {
-        const int first = c->first[i];
-        const double *row = c->factor + c->offset[i];
-        x[i] = (c->load[i] - dot(row + first, x + first, i - first)) * c->inverse[i];
-    }
-    for (int i = n - 1; i >= 0; i--) {
-        const double *row = c->factor + c->offset[i];
-        const double move = x[i] *= c->inverse[i];
-        for (int j = c->first[i]; j < i; j++)
-            x[j] -= row[j] * move;
-    }
 }

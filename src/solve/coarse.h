@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Coarse correction: rigid motions of parts of bodies. A body, or a piece of a large one, moves as a
-// whole at little cost in energy, and block Jacobi needs many sweeps to notice; three unknowns for
-// each part, solved exactly by a skyline Cholesky factor, do it at once. docs/theory/6-solve.md.
+// Coarse correction: rigid motions of parts of bodies. A body, or a piece of a large one, moves as
+// a whole at little cost in energy, and block Jacobi needs many sweeps to notice; three unknowns
+// for each part, solved exactly by a skyline Cholesky factor, do it at once.
+// docs/theory/6-solve.md.
 
 #ifndef NMM_COARSE_H
 #define NMM_COARSE_H
@@ -33,10 +34,10 @@ typedef struct nmm_coarse {
     double *inverse;     // [3 n_part] of its diagonal; 0 for a motion that moves nothing
     double *load, *move; // [3 n_part]
     long n_factor;
-    double work;         // multiplications of a factorisation
-    int capacity;        // rows there is room for
+    double work;  // multiplications of a factorisation
+    int capacity; // rows there is room for
     long factor_capacity;
-    int *rank, *queue;   // [n] scratch
+    int *rank, *queue; // [n] scratch
 } nmm_coarse;
 
 void nmm_coarse_destroy(nmm_context *context, nmm_coarse *coarse);
@@ -48,8 +49,5 @@ nmm_status nmm_coarse_divide(nmm_context *context, nmm_coarse *coarse,
 
 /// Project the matrix on the motions of the parts and factorise it.
 void nmm_coarse_make(nmm_coarse *coarse, const nmm_coarse_source *source);
-
-/// move = A^-1 load, both of the coarse system.
-void nmm_coarse_solve(const nmm_coarse *coarse);
 
 #endif

@@ -2,6 +2,7 @@
 //
 // The host backend: which variant of the Jacobi family runs.
 
+#include "choose.h"
 #include "solver.h"
 
 static bool has_avx2(void) {
@@ -27,9 +28,9 @@ static double run_jacobi_family(nmm_solver *solver, const double *u, nmm_solve_r
     return wide ? nmm_jacobi_serial_avx2(solver, u, report) : nmm_jacobi_serial(solver, u, report);
 }
 
-static nmm_status solve_host(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
-                             const double *f, double *u, bool keep_pattern,
-                             const nmm_solve_options *options, nmm_solve_report *report) {
+static nmm_status run_host(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                           const double *f, double *u, bool keep_pattern,
+                           const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_prepare(context, solver, K, keep_pattern, options));
     bool ready = false;
     TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
@@ -40,6 +41,15 @@ static nmm_status solve_host(nmm_context *context, nmm_solver *solver, const nmm
         serial ? nmm_sor_run(solver, u, report) : run_jacobi_family(solver, u, report);
     nmm_solver_finish(solver, norm, u, report);
     return NMM_OK;
+}
+
+static nmm_status solve_host(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                             const double *f, double *u, bool keep_pattern,
+                             const nmm_solve_options *options, nmm_solve_report *report) {
+    if (nmm_solver_chooses(options)) {
+        return nmm_choose_blocks(context, solver, run_host, K, f, u, keep_pattern, options, report);
+    }
+    return run_host(context, solver, K, f, u, keep_pattern, options, report);
 }
 
 const nmm_solve_backend *nmm_solve_host(void) {

@@ -24,7 +24,7 @@
 #define SEND(p, n) ((void)(n))
 #define FETCH(p, n) ((void)(n))
 #define ON_DEVICE 0
-#define HAS_COARSE 1
+#define HAS_COARSE
 
 // Vectors of GNU C: without AVX the compiler makes two halves of them.
 #define LANES
@@ -35,6 +35,7 @@ typedef float lanes_narrow __attribute__((vector_size(16)));
 typedef float dense_lanes __attribute__((vector_size(32)));
 typedef wide_lanes lanes_wide;
 
+#include "coarse_solve.inl"
 #include "jacobi_scalars.inl"
 
 #define REAL double

@@ -14,7 +14,7 @@
 //   FETCH(p, n)   make what the kernels wrote known to the host
 //   ON_DEVICE     true where the kernel that asks runs on a device
 //   LANES         defined where the compiler has vectors of GNU C
-//   HAS_COARSE    true where the coarse correction can be in use
+//   HAS_COARSE    defined where the coarse correction can be in use
 //
 // On the host a batch is one parallel region, which all threads walk through together, and
 // PARALLEL_FOR shares the rounds of a loop among them; on a target each kernel is sent off alone.
@@ -274,6 +274,7 @@ static void NAME(measure_change)(const nmm_solver *s) {
     }
 }
 
+#ifdef HAS_COARSE
 // --- Kernels: coarse correction
 
 // load = P^T r, one part after the other.
@@ -324,7 +325,7 @@ static void NAME(correct_coarse)(const nmm_solver *s) {
     nmm_iteration *state = s->state;
     SINGLE {
         if (state->stop == NMM_STOP_NONE) {
-            nmm_coarse_solve(&s->coarse);
+            solve_coarse(&s->coarse);
             double sum = 0;
             for (int i = 0; i < 3 * s->coarse.n_part; i++)
                 sum += s->coarse.load[i] * s->coarse.move[i];
@@ -333,6 +334,7 @@ static void NAME(correct_coarse)(const nmm_solver *s) {
     }
     NAME(prolong_move)(s);
 }
+#endif
 
 // --- Batches
 
@@ -347,7 +349,9 @@ static void NAME(measure)(const nmm_solver *s) {
 static void NAME(pcg_batch)(const nmm_solver *s, int n) {
     BATCH {
         for (int k = 0; k < n; k++) {
-            if (HAS_COARSE && s->blocks == NMM_BLOCKS_BODY) NAME(correct_coarse)(s);
+#ifdef HAS_COARSE
+            if (s->blocks == NMM_BLOCKS_BODY) NAME(correct_coarse)(s);
+#endif
             find_turn(s);
             NAME(turn)(s);
             NAME(multiply_direction)(s);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Smallest and largest eigenvalue of the tridiagonal matrix that conjugate gradients build on their way:
-// estimates from inside of the bounds of the spectrum of D^-1 K. By bisection with Sturm's count of eigenvalues.
+// Smallest and largest eigenvalue of the tridiagonal matrix that conjugate gradients build on their
+// way: estimates from inside of the bounds of the spectrum of D^-1 K. By bisection with Sturm's
+// count of eigenvalues.
 
 #include "solver.h"
 

@@ -129,11 +129,11 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
     if (s == NULL) return;
     nmm_wide *w = &s->wide;
     nmm_narrow *v = &s->narrow;
-    double **const wide[] = {&w->f,       &w->u,    &w->r,     &w->p,           &w->q,         &w->z,
+    double **const wide[] = {&w->f,       &w->u,    &w->r,     &w->p,           &w->q,        &w->z,
                              &w->inverse, &s->part, &s->chunk, &s->dense_scale, &s->own_value};
     for (size_t k = 0; k < sizeof wide / sizeof *wide; k++)
         nmm_release(context, wide[k]);
-    float **const narrow[] = {&v->f, &v->u, &v->r,       &v->p,     &v->q,
+    float **const narrow[] = {&v->f, &v->u,       &v->r,     &v->p,         &v->q,
                               &v->z, &v->inverse, &v->value, &s->dense_room};
     for (size_t k = 0; k < sizeof narrow / sizeof *narrow; k++)
         nmm_release(context, narrow[k]);
@@ -379,8 +379,9 @@ static bool take_narrow(nmm_solver *s) {
     float *narrow_value = s->narrow.value, *narrow_inverse = s->narrow.inverse;
     double largest = 0;
     const int n_thread = s->n_thread;
-#pragma omp parallel for num_threads(n_thread) schedule(static) reduction(max                      \
-                                                                          : largest) if (n_thread > 1)
+#pragma omp parallel for num_threads(n_thread) schedule(static)                                    \
+    reduction(max                                                                                  \
+              : largest) if (n_thread > 1)
     for (long k = 0; k < n_value; k++) {
         narrow_value[k] = (float)value[k];
         largest = nmm_max(largest, fabs(value[k]));

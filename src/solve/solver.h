@@ -16,8 +16,8 @@
 #include "solve.h"
 
 /// Groups whose terms are added up one after the other. A sum is made over the rows of each group,
-/// then over the groups of each chunk, then over the chunks, always in order: one order of additions
-/// for any number of threads and any device.
+/// then over the groups of each chunk, then over the chunks, always in order: one order of
+/// additions for any number of threads and any device.
 #define NMM_SOLVE_CHUNK 64
 
 /// A first guess may be worse than u = 0 by this factor, which is rounding, and is taken all the
@@ -48,10 +48,10 @@ typedef struct nmm_iteration {
 
 /// What an iteration in float64 works on; rows in the order of the iteration, m rows.
 typedef struct nmm_wide {
-    double *value;       // [blocks][2][2]
-    double *inverse;     // [m][2][2] D^-1
-    double *f, *u, *r;   // [m][2]
-    double *p, *q, *z;   // [m][2] search direction, K p, D^-1 r; q: second iterate of sweeps
+    double *value;     // [blocks][2][2]
+    double *inverse;   // [m][2][2] D^-1
+    double *f, *u, *r; // [m][2]
+    double *p, *q, *z; // [m][2] search direction, K p, D^-1 r; q: second iterate of sweeps
 } nmm_wide;
 
 /// The same in float32, for a correction: its f is a residual.
@@ -143,8 +143,8 @@ static inline int nmm_solver_row(const nmm_solver *solver, int row) {
     return solver->blocks >= NMM_BLOCKS_CLUSTER ? solver->clusters.order[row] : row;
 }
 
-/// Write the result in solver->wide.u, whose true residual norm is `norm`, back into u, or leave the
-/// first guess there when that is better and the solve failed. Completes the report.
+/// Write the result in solver->wide.u, whose true residual norm is `norm`, back into u, or leave
+/// the first guess there when that is better and the solve failed. Completes the report.
 void nmm_solver_finish(nmm_solver *solver, double norm, double *u, nmm_solve_report *report);
 
 /// Smallest and largest eigenvalue of D^-1 K as seen by `n` Lanczos steps, from alpha and beta of

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Chebyshev's weights by the three-term recursion, eq. (6.12). A residual that falls slower than the
-// bounds allow has a part outside of them, and tells where: the bounds are corrected, eq. (6.13).
-// Only square roots, so that the bits do not depend on a mathematics library.
+// Chebyshev's weights by the three-term recursion, eq. (6.12). A residual that falls slower than
+// the bounds allow has a part outside of them, and tells where: the bounds are corrected, eq.
+// (6.13). Only square roots, so that the bits do not depend on a mathematics library.
 
 #include "sweeps.h"
 
@@ -78,8 +78,8 @@ static void correct_bounds(sweeps *plan, double factor) {
 
 sweeps_verdict plan_judge(sweeps *plan, double norm, double weighted) {
     if (!(norm <= plan->largest)) return SWEEPS_DIVERGE;
-    // For a fixed damping r.D^-1 r is a sum of powers of the number of sweeps, which is convex: once
-    // it has grown, it grows for ever.
+    // For a fixed damping r.D^-1 r is a sum of powers of the number of sweeps, which is convex:
+    // once it has grown, it grows for ever.
     if (!plan->chebyshev && !(weighted <= 2 * plan->lowest)) return SWEEPS_DIVERGE;
     plan->lowest = nmm_min(plan->lowest, weighted);
     if (plan->n_window < WINDOW) return SWEEPS_GO_ON;
