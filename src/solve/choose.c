@@ -125,6 +125,7 @@ static void learn(nmm_experience *experience, nmm_solve_blocks blocks, int itera
 nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, nmm_solve_run *run,
                              const nmm_bsr *K, const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report) {
+    TRY(nmm_solver_check(context, solver, K, options));
     nmm_experience *experience = &solver->experience;
     if (++experience->solves % MEMORY == 0) *experience = (nmm_experience){0};
     const bool kept = keep_pattern && solver->n_row == K->n_row;

@@ -178,10 +178,9 @@ static void NAME(multiply_direction)(const nmm_solver *s) {
     }
 }
 
-// One sweep of block Jacobi or Chebyshev, eq. (6.4) and (6.12): p = a p + b D^-1 r, to = from + p;
-// terms of r.D^-1 r and r.r, where r belongs to `from`.
-static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, double weight_old,
-                        double weight_new) {
+// Sweep k of a batch, of block Jacobi or Chebyshev, eq. (6.4) and (6.12): p = a p + b D^-1 r, to =
+// from + p; terms of r.D^-1 r and r.r, where r belongs to `from`.
+static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, int k) {
     const int n = s->n, n_group = nmm_groups_of(n);
     const int *row_start = s->row_start, *col = s->col;
     const REAL *value = s->ARRAYS.value, *inverse = s->ARRAYS.inverse, *f = s->ARRAYS.f;
@@ -189,10 +188,11 @@ static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, double 
     const float *dense = s->dense;
     const double *scale = s->dense_scale;
     double *part = s->part;
-    const REAL a = (REAL)weight_old, b = (REAL)weight_new;
+    const nmm_iteration *state = s->state;
     PARALLEL_FOR
     for (int group = 0; group < n_group; group++) {
         const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
+        const REAL a = (REAL)state->weight[k][0], b = (REAL)state->weight[k][1];
         REAL r[NMM_GROUP_UNKNOWNS], z[NMM_GROUP_UNKNOWNS];
         for (int row = first; row < end; row++) {
             REAL y[2];
@@ -275,65 +275,7 @@ static void NAME(measure_change)(const nmm_solver *s) {
 }
 
 #ifdef HAS_COARSE
-// --- Kernels: coarse correction
-
-// load = P^T r, one part after the other.
-static void NAME(restrict_residual)(const nmm_solver *s) {
-    const int n_part = s->coarse.n_part;
-    const int *start = s->coarse.start, *rows = s->coarse.row;
-    const double *arm = s->coarse.arm;
-    double *load = s->coarse.load;
-    const REAL *r = s->ARRAYS.r;
-    const nmm_iteration *state = s->state;
-    PARALLEL_FOR
-    for (int p = 0; p < n_part; p++) {
-        if (state->stop != NMM_STOP_NONE) continue;
-        double x = 0, y = 0, turn = 0;
-        for (int k = start[p]; k < start[p + 1]; k++) {
-            const long i = 2 * (long)rows[k];
-            const double rx = (double)r[i], ry = (double)r[i + 1];
-            x += rx;
-            y += ry;
-            turn += ry * arm[i] - rx * arm[i + 1];
-        }
-        load[3 * (long)p] = x;
-        load[3 * (long)p + 1] = y;
-        load[3 * (long)p + 2] = turn;
-    }
-}
-
-// z += P move.
-static void NAME(prolong_move)(const nmm_solver *s) {
-    const int n = s->n;
-    const int *part_of = s->coarse.part;
-    const double *arm = s->coarse.arm, *move = s->coarse.move;
-    REAL *z = s->ARRAYS.z;
-    const nmm_iteration *state = s->state;
-    PARALLEL_FOR
-    for (int row = 0; row < n; row++) {
-        if (state->stop != NMM_STOP_NONE || part_of[row] < 0) continue;
-        const double *m = move + 3 * (long)part_of[row];
-        const long i = 2 * (long)row;
-        z[i] += (REAL)(m[0] - m[2] * arm[i + 1]);
-        z[i + 1] += (REAL)(m[1] + m[2] * arm[i]);
-    }
-}
-
-// z += P A^-1 P^T r, and what that adds to r.z.
-static void NAME(correct_coarse)(const nmm_solver *s) {
-    NAME(restrict_residual)(s);
-    nmm_iteration *state = s->state;
-    SINGLE {
-        if (state->stop == NMM_STOP_NONE) {
-            solve_coarse(&s->coarse);
-            double sum = 0;
-            for (int i = 0; i < 3 * s->coarse.n_part; i++)
-                sum += s->coarse.load[i] * s->coarse.move[i];
-            state->sum[0] += sum;
-        }
-    }
-    NAME(prolong_move)(s);
-}
+#include "jacobi_coarse.inl"
 #endif
 
 // --- Batches
@@ -365,11 +307,11 @@ static void NAME(pcg_batch)(const nmm_solver *s, int n) {
 }
 
 // u and q in turns; the sums belong to the iterate before the last.
-static void NAME(sweep_batch)(const nmm_solver *s, int n, const double (*weight)[2]) {
+static void NAME(sweep_batch)(const nmm_solver *s, int n) {
     BATCH {
         REAL *x[2] = {s->ARRAYS.u, s->ARRAYS.q};
         for (int k = 0; k < n; k++)
-            NAME(sweep)(s, x[k % 2], x[(k + 1) % 2], weight[k][0], weight[k][1]);
+            NAME(sweep)(s, x[k % 2], x[(k + 1) % 2], k);
         sum_chunks(s);
         total(s);
     }
@@ -381,7 +323,7 @@ static void NAME(sweep_batch)(const nmm_solver *s, int n, const double (*weight)
 // `most` iterations are done.
 static void NAME(run_recursion)(const nmm_solver *s, int most) {
     while (s->state->stop == NMM_STOP_NONE && s->state->iterations < most) {
-        NAME(pcg_batch)(s, nmm_min_int(BATCH_LENGTH, most - s->state->iterations));
+        NAME(pcg_batch)(s, nmm_min_int(NMM_BATCH, most - s->state->iterations));
         FETCH(s->state, 1);
     }
 }
@@ -410,12 +352,12 @@ static double NAME(run_sweeps)(nmm_solver *s, sweeps *plan, double norm, double 
     plan_start(plan, norm, s->state->sum[0]);
     const int before = report->iterations;
     while (!(norm <= limit)) {
-        const int n = nmm_min_int(BATCH_LENGTH, s->options.max_iterations - report->iterations);
+        const int n = nmm_min_int(NMM_BATCH, s->options.max_iterations - report->iterations);
         if (n == 0) report->end = NMM_SOLVE_TOO_SLOW;
         if (report->end != NMM_SOLVE_CONVERGED) break;
-        double weight[BATCH_LENGTH][2];
-        plan_batch(plan, n, weight);
-        NAME(sweep_batch)(s, n, (const double(*)[2])weight);
+        plan_batch(plan, n, s->state->weight);
+        SEND(s->state, 1);
+        NAME(sweep_batch)(s, n);
         FETCH(s->state, 1);
         report->iterations += n;
         norm = sqrt(s->state->sum[1]);

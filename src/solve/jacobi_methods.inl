@@ -271,7 +271,7 @@ static double run_method(nmm_solver *s, const double *u, nmm_solve_report *repor
     SEND(s->wide.value, 4 * n_block);
     SEND(s->wide.inverse, 4 * n);
     SEND(s->wide.f, 2 * n);
-    if (s->dense != NULL) {
+    if (s->dense != NULL && (s->dense_new || !s->pattern_kept)) {
         const long n_group = nmm_groups_of(s->n);
         SEND(s->dense, n_group * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS);
         SEND(s->dense_scale, n_group);

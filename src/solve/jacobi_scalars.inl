@@ -3,9 +3,6 @@
 // The scalars of the Jacobi family: sums over groups and chunks, steps and turns of conjugate
 // gradients, stops. The same words as in jacobi_kernels.inl, which is included after this.
 
-// Iterations from one look of the host at the scalars to the next.
-#define BATCH_LENGTH 8
-
 // Part of the limit at which the recursion of pcg stops, so that the true residual passes as well.
 #define RECURSION_MARGIN 0.9
 

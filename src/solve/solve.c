@@ -166,6 +166,11 @@ static nmm_status check_options(nmm_context *context, const nmm_solve_options *o
         return nmm_fail(context, NMM_ERROR_ARGUMENT, "SOR factor %g is not within 0 .. 2",
                         o->sor_factor);
     }
+    if (!((int)o->blocks >= NMM_BLOCKS_AUTO && o->blocks <= NMM_BLOCKS_BODY) ||
+        !((int)o->precision >= NMM_PRECISION_DOUBLE && o->precision <= NMM_PRECISION_MIXED)) {
+        return nmm_fail(context, NMM_ERROR_ARGUMENT, "solver blocks %d, precision %d: unknown",
+                        (int)o->blocks, (int)o->precision);
+    }
     if (o->max_iterations < 0 || o->n_thread < 0) {
         return nmm_fail(context, NMM_ERROR_ARGUMENT, "%d solver iterations on %d threads",
                         o->max_iterations, o->n_thread);
@@ -203,8 +208,8 @@ static nmm_solve_options complete_options(const nmm_context *context, bool stage
     return o;
 }
 
-nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
-                              bool keep_pattern, const nmm_solve_options *options) {
+nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, const nmm_bsr *K,
+                            const nmm_solve_options *options) {
     TRY(check_options(context, options));
     const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
     if (K->n_row < 0 || K->n_row > solver->max_row || n_block > solver->max_block) {
@@ -212,6 +217,13 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
                         "a system of %d rows and %d blocks in a solver opened for %d and %d",
                         K->n_row, n_block, solver->max_row, solver->max_block);
     }
+    return NMM_OK;
+}
+
+nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                              bool keep_pattern, const nmm_solve_options *options) {
+    TRY(nmm_solver_check(context, solver, K, options));
+    const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
     solver->options = complete_options(context, solver->staged, options, K->n_row);
     const nmm_solve_blocks blocks = solver->options.blocks;
     const bool reordered = blocks >= NMM_BLOCKS_CLUSTER;
@@ -401,6 +413,7 @@ static nmm_status make_blocks(nmm_context *context, nmm_solver *s, nmm_solve_rep
                             s->dense_room, s->dense_scale);
         report->setups += 1;
     }
+    s->dense_new = !s->dense_made;
     s->dense_made = true;
     if (s->blocks < NMM_BLOCKS_BODY || s->coarse_made) return NMM_OK;
     const nmm_coarse_source source = {.n = s->n,

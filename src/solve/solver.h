@@ -27,6 +27,9 @@
 /// Steps of the Lanczos process that estimates the spectrum of D^-1 K.
 #define NMM_LANCZOS 32
 
+/// Iterations from one look of the host at the scalars to the next.
+#define NMM_BATCH 8
+
 /// Why the kernels stopped iterating; kept where they run.
 typedef enum nmm_stop {
     NMM_STOP_NONE = 0,
@@ -44,6 +47,7 @@ typedef struct nmm_iteration {
     double sum[2]; // last sums
     double rho, alpha, beta;
     double history[NMM_LANCZOS][2]; // alpha and beta of the first iterations
+    double weight[NMM_BATCH][2];    // of the sweeps of a batch: old direction, D^-1 r
 } nmm_iteration;
 
 /// What an iteration in float64 works on; rows in the order of the iteration, m rows.
@@ -97,6 +101,10 @@ struct nmm_solver {
     nmm_coarse coarse;
     bool clusters_found, parts_found;
     bool dense_made, coarse_made; // there are values to reuse
+    bool dense_new;               // made for this solve
+    // Target: up to team_rows rows one team does it all; arrays known on the device.
+    int team_rows;
+    bool dense_mapped, narrow_mapped;
     nmm_experience experience;
     double lambda[2]; // bounds of the spectrum that sweeps used last; 0: none
     nmm_solve_blocks lambda_blocks;
@@ -123,6 +131,10 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver);
 nmm_status nmm_solver_own_matrix(nmm_context *context, nmm_solver *solver);
 nmm_status nmm_solver_own_narrow(nmm_context *context, nmm_solver *solver);
 nmm_status nmm_solver_own_dense(nmm_context *context, nmm_solver *solver);
+
+/// Are options and sizes in range?
+nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, const nmm_bsr *K,
+                            const nmm_solve_options *options);
 
 /// Look at options and sizes, choose nothing: blocks and precision must not be `auto` any more.
 /// Allocates what they need. `keep_pattern`: what was taken over last still holds.
