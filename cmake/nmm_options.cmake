@@ -19,7 +19,7 @@ endif()
 # The floor `offload` in a build with and without a target backend.
 set(nmm_offload_source no_target.c)
 if(NMM_TARGET_FLAGS)
-  set(nmm_offload_source jacobi_target.c)
+  set(nmm_offload_source jacobi_target.c jacobi_team.c)
 endif()
 set(nmm_openmp -fopenmp)
 if(CMAKE_C_COMPILER_ID STREQUAL "GNU" AND NOT NMM_TARGET_FLAGS)

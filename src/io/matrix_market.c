@@ -194,7 +194,7 @@ static nmm_status take_number(market_reader *reader, double *value) {
                        found_word(reader, word));
     }
     const bool is_short = number.n_digit <= 19 && number.digits <= (uint64_t)1 << 53;
-    if (is_short && abs(number.exponent) <= 22) {
+    if (is_short && number.exponent >= -22 && number.exponent <= 22) {
         const double x = (double)number.digits;
         *value = number.exponent < 0 ? x / ten[-number.exponent] : x * ten[number.exponent];
     } else {

@@ -240,6 +240,13 @@ nmm_status nmm_linear_read_matrix(nmm_context *context, nmm_linear *system, cons
 
 // --- Writing
 
+static bool same_bits(double a, double b) {
+    uint64_t x, y;
+    memcpy(&x, &a, sizeof x);
+    memcpy(&y, &b, sizeof y);
+    return x == y;
+}
+
 // In a matrix with a symmetric pattern.
 static bool same_halves(const nmm_bsr *K) {
     for (int row = 0; row < K->n_row; row++) {
@@ -247,7 +254,8 @@ static bool same_halves(const nmm_bsr *K) {
             const double *a = K->value + 4 * (long)k;
             const double *b = K->value + 4 * (long)find_block(K, K->col[k], row);
             const double turned[4] = {b[0], b[2], b[1], b[3]};
-            if (memcmp(a, turned, sizeof turned) != 0) return false;
+            for (int i = 0; i < 4; i++)
+                if (!same_bits(a[i], turned[i])) return false;
         }
     }
     return true;

@@ -250,7 +250,7 @@ static nmm_status factorise(nmm_context *context, nmm_direct *d, const nmm_solve
         TRY(take_pattern(context, d, s));
         TRY(make_matrix(context, d));
     }
-    fill_lower(d, s->value);
+    fill_lower(d, s->wide.value);
     if (!known || d->factor == NULL) {
         forget_factor(d);
         TRY(analyse(context, d));
@@ -276,7 +276,7 @@ static nmm_status apply_factor(nmm_context *context, nmm_direct *d, const nmm_so
                                .ncol = 1,
                                .nzmax = n,
                                .d = n,
-                               .x = s->r,
+                               .x = s->wide.r,
                                .xtype = CHOLMOD_REAL,
                                .dtype = CHOLMOD_DOUBLE};
     cholmod_l_solve2(CHOLMOD_A, d->factor, &d->right, NULL, &d->z, NULL, &d->work[0], &d->work[1],
@@ -293,7 +293,7 @@ static void multiply(const nmm_solver *s, const double *x, double *y) {
     for (int row = 0; row < s->n_row; row++) {
         double y0 = 0, y1 = 0, y2 = 0, y3 = 0;
         for (int k = s->row_start[row]; k < s->row_start[row + 1]; k++) {
-            const double *v = s->value + 4 * (long)k, *xk = x + 2 * (long)s->col[k];
+            const double *v = s->wide.value + 4 * (long)k, *xk = x + 2 * (long)s->col[k];
             y0 += v[0] * xk[0];
             y1 += v[1] * xk[1];
             y2 += v[2] * xk[0];
@@ -310,10 +310,10 @@ static double dot(const nmm_solver *s, const double *x, const double *y) {
 
 // r = f - K u; its norm.
 static double true_norm(const nmm_solver *s) {
-    multiply(s, s->u, s->r);
+    multiply(s, s->wide.u, s->wide.r);
     for (int i = 0; i < 2 * s->n_row; i++)
-        s->r[i] = s->f[i] - s->r[i];
-    return sqrt(dot(s, s->r, s->r));
+        s->wide.r[i] = s->wide.f[i] - s->wide.r[i];
+    return sqrt(dot(s, s->wide.r, s->wide.r));
 }
 
 // Take the first guess, or zero where that is better; its residual norm.
@@ -322,7 +322,7 @@ static double first_norm(nmm_solver *s, const double *u) {
     double norm = true_norm(s);
     if (!(norm <= NMM_GUESS_MARGIN * s->norm)) {
         s->guess_dropped = true;
-        memset(s->u, 0, 2 * (size_t)s->n_row * sizeof(double));
+        memset(s->wide.u, 0, 2 * (size_t)s->n_row * sizeof(double));
         norm = true_norm(s);
     }
     s->guess_norm = norm;
@@ -337,19 +337,19 @@ static nmm_status step(nmm_context *context, nmm_direct *d, nmm_solver *s, doubl
     const double *z = NULL;
     TRY(apply_factor(context, d, s, &z));
     const int n = 2 * s->n_row;
-    const double rho_new = dot(s, s->r, z);
+    const double rho_new = dot(s, s->wide.r, z);
     const double beta = *rho > 0 ? rho_new / *rho : 0;
     for (int i = 0; i < n; i++)
-        s->p[i] = z[i] + (beta == 0 ? 0 : beta * s->p[i]);
-    multiply(s, s->p, s->q);
-    const double curvature = dot(s, s->p, s->q), alpha = rho_new / curvature;
+        s->wide.p[i] = z[i] + (beta == 0 ? 0 : beta * s->wide.p[i]);
+    multiply(s, s->wide.p, s->wide.q);
+    const double curvature = dot(s, s->wide.p, s->wide.q), alpha = rho_new / curvature;
     *rho = rho_new > 0 && curvature > 0 && 0 * alpha == 0 ? rho_new : -1;
     if (*rho < 0) return NMM_OK;
     for (int i = 0; i < n; i++) {
-        s->u[i] += alpha * s->p[i];
-        s->r[i] -= alpha * s->q[i];
+        s->wide.u[i] += alpha * s->wide.p[i];
+        s->wide.r[i] -= alpha * s->wide.q[i];
     }
-    *norm = sqrt(dot(s, s->r, s->r));
+    *norm = sqrt(dot(s, s->wide.r, s->wide.r));
     return NMM_OK;
 }
 
@@ -438,7 +438,9 @@ static nmm_status run(nmm_context *context, nmm_solver *s, const double *u, doub
 
 nmm_status nmm_direct_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                             const double *f, double *u, nmm_solve_report *report) {
-    if (!nmm_solver_start(solver, K, f, u, report)) return NMM_OK;
+    bool ready = false;
+    TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
+    if (!ready) return NMM_OK;
     report->n_thread = 1;
     double norm = 0;
     TRY(run(context, solver, u, &norm, report));

@@ -1,435 +1,343 @@
 // SPDX-License-Identifier: MIT
 //
-// Block Jacobi, and conjugate gradients with block Jacobi as preconditioner: the kernels and the
-// iteration loops, one text for host and target. The includer defines six words:
+// Block Jacobi, its Chebyshev acceleration, and conjugate gradients with block Jacobi as
+// preconditioner: the kernels, one text for host and target, for float64 and float32. Included once
+// for each precision; the includer defines these words:
 //
+//   REAL          double or float
+//   ARRAYS        wide or narrow: the arrays of the solver `s` that are meant
+//   NAME(x)       x with a suffix for the precision
 //   PARALLEL_FOR  before a loop whose rounds are independent
 //   SINGLE        before a block of scalar work on the data of the kernels
 //   BATCH         before a block that calls kernels of the solver `s` many times in a row
 //   SEND(p, n)    make what the host wrote into p[0 .. n) known to the kernels
 //   FETCH(p, n)   make what the kernels wrote known to the host
 //   ON_DEVICE     true where the kernel that asks runs on a device
+//   LANES         defined where the compiler has vectors of GNU C
+//   HAS_COARSE    defined where the coarse correction can be in use
 //
 // On the host a batch is one parallel region, which all threads walk through together, and
 // PARALLEL_FOR shares the rounds of a loop among them; on a target each kernel is sent off alone.
-// Every sum is taken over the rows of a chunk, then over the chunks in order: the same bits for any
-// number of threads, and on the target. Equations: docs/theory/6-solve.md.
+// The unit of work is a group of 8 block rows. Every sum is taken over the rows of a group, then
+// over groups, then over chunks of groups: the same bits for any number of threads, and on the
+// target. Equations: docs/theory/6-solve.md.
 
-// Iterations from one look of the host at the scalars to the next.
-#define BATCH_LENGTH 8
+// --- Rows and groups
 
-// Part of the limit at which the recursion of pcg stops, so that the true residual passes as well.
-#define RECURSION_MARGIN 0.9
+// Where LANES is defined, products are written with vectors of four numbers; the sums are the same,
+// lane by lane, as in the text beside them.
+
+// y = one block row of K x.
+static inline void NAME(multiply_row)(const int *row_start, const int *col, const REAL *value,
+                                      const REAL *x, int row, REAL y[2]) {
+#ifdef LANES
+    NAME(lanes) sum = {0, 0, 0, 0};
+    for (int k = row_start[row]; k < row_start[row + 1]; k++) {
+        NAME(lanes) v;
+        NAME(pair) xk;
+        memcpy(&v, value + 4 * (long)k, sizeof v);
+        memcpy(&xk, x + 2 * (long)col[k], sizeof xk);
+        sum += v * __builtin_shufflevector(xk, xk, 0, 1, 0, 1);
+    }
+    y[0] = sum[0] + sum[1];
+    y[1] = sum[2] + sum[3];
+#else
+    REAL sum[4] = {0, 0, 0, 0};
+    for (int k = row_start[row]; k < row_start[row + 1]; k++) {
+        const REAL *v = value + 4 * (long)k, *xk = x + 2 * (long)col[k];
+        for (int i = 0; i < 4; i++)
+            sum[i] += v[i] * xk[i % 2];
+    }
+    y[0] = sum[0] + sum[1];
+    y[1] = sum[2] + sum[3];
+#endif
+}
+
+// Sum of the first n products, n even, at most those of a group.
+static inline double NAME(dot_group)(const REAL *a, const REAL *b, int n) {
+#ifdef LANES
+    wide_lanes sum = {0, 0, 0, 0};
+    int i = 0;
+    for (; i + 4 <= n; i += 4) {
+        NAME(lanes) x, y;
+        memcpy(&x, a + i, sizeof x);
+        memcpy(&y, b + i, sizeof y);
+        sum += __builtin_convertvector(x, wide_lanes) * __builtin_convertvector(y, wide_lanes);
+    }
+    for (int k = 0; i < n; i++, k++)
+        sum[k] += (double)a[i] * (double)b[i];
+#else
+    double sum[4] = {0, 0, 0, 0};
+    for (int i = 0; i < n; i++)
+        sum[i % 4] += (double)a[i] * (double)b[i];
+#endif
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+// z = D^-1 r by the dense block of a cluster: columns in turn, even ones and odd ones.
+static inline void NAME(apply_dense)(const float *column, REAL factor, const REAL *r, REAL *z) {
+#ifdef LANES
+    dense_lanes even0 = {0}, even1 = {0}, odd0 = {0}, odd1 = {0};
+    for (int j = 0; j < NMM_GROUP_UNKNOWNS; j += 2) {
+        const float r0 = (float)r[j], r1 = (float)r[j + 1];
+        const float *c = column + NMM_GROUP_UNKNOWNS * j;
+        dense_lanes c0, c1, c2, c3;
+        memcpy(&c0, c, sizeof c0);
+        memcpy(&c1, c + 8, sizeof c1);
+        memcpy(&c2, c + 16, sizeof c2);
+        memcpy(&c3, c + 24, sizeof c3);
+        even0 += c0 * r0;
+        even1 += c1 * r0;
+        odd0 += c2 * r1;
+        odd1 += c3 * r1;
+    }
+    float sum[NMM_GROUP_UNKNOWNS];
+    even0 += odd0;
+    even1 += odd1;
+    memcpy(sum, &even0, sizeof even0);
+    memcpy(sum + 8, &even1, sizeof even1);
+#else
+    float sum[NMM_GROUP_UNKNOWNS] = {0}, odd[NMM_GROUP_UNKNOWNS] = {0};
+    for (int j = 0; j < NMM_GROUP_UNKNOWNS; j += 2) {
+        const float r0 = (float)r[j], r1 = (float)r[j + 1];
+        for (int i = 0; i < NMM_GROUP_UNKNOWNS; i++) {
+            sum[i] += column[NMM_GROUP_UNKNOWNS * j + i] * r0;
+            odd[i] += column[NMM_GROUP_UNKNOWNS * (j + 1) + i] * r1;
+        }
+    }
+    for (int i = 0; i < NMM_GROUP_UNKNOWNS; i++)
+        sum[i] += odd[i];
+#endif
+    for (int i = 0; i < NMM_GROUP_UNKNOWNS; i++)
+        z[i] = factor * (REAL)sum[i];
+}
+
+// z = D^-1 r for the rows of a group: by 2x2 blocks, or by the block of a cluster, where all 8 rows
+// are there.
+static inline void NAME(apply_group)(const REAL *inverse, const float *dense, const double *scale,
+                                     int group, int n_row, const REAL *r, REAL *z) {
+    if (dense != NULL) {
+        const float *column = dense + (long)group * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS;
+        NAME(apply_dense)(column, (REAL)scale[group], r, z);
+        return;
+    }
+    for (int k = 0; k < n_row; k++) {
+        const REAL *block = inverse + 4 * ((long)group * NMM_GROUP + k);
+        const REAL r0 = r[2 * k], r1 = r[2 * k + 1];
+        z[2 * k] = block[0] * r0 + block[1] * r1;
+        z[2 * k + 1] = block[2] * r0 + block[3] * r1;
+    }
+}
 
 // --- Kernels: the matrix
 
-// y = one block row of K x.
-static inline void multiply_row(const int *row_start, const int *col, const double *value,
-                                const double *x, int row, double y[2]) {
-    double y0 = 0, y1 = 0, y2 = 0, y3 = 0;
-    for (int k = row_start[row]; k < row_start[row + 1]; k++) {
-        const double *v = value + 4 * (long)k;
-        const double *xk = x + 2 * (long)col[k];
-        y0 += v[0] * xk[0];
-        y1 += v[1] * xk[1];
-        y2 += v[2] * xk[0];
-        y3 += v[3] * xk[1];
-    }
-    y[0] = y0 + y1;
-    y[1] = y2 + y3;
-}
-
-// z = block * r.
-static inline void multiply_block(const double *block, const double *r, double *z) {
-    z[0] = block[0] * r[0] + block[1] * r[1];
-    z[1] = block[2] * r[0] + block[3] * r[1];
-}
-
-// True residual r = f - K u; first search direction p = D^-1 r; terms of r.p and r.r.
-static void measure_rows(const nmm_solver *s) {
-    const int n = s->n_row;
+// True residual r = f - K u; z = D^-1 r; terms of r.z and r.r.
+static void NAME(measure_rows)(const nmm_solver *s) {
+    const int n = s->n, n_group = nmm_groups_of(n);
     const int *row_start = s->row_start, *col = s->col;
-    const double *value = s->value, *inverse = s->inverse, *f = s->f, *u = s->u;
-    double *r = s->r, *p = s->p, *product = s->product;
+    const REAL *value = s->ARRAYS.value, *inverse = s->ARRAYS.inverse;
+    const REAL *f = s->ARRAYS.f, *u = s->ARRAYS.u;
+    REAL *r = s->ARRAYS.r, *z = s->ARRAYS.z;
+    const float *dense = s->dense;
+    const double *scale = s->dense_scale;
+    double *part = s->part;
     PARALLEL_FOR
-    for (int row = 0; row < n; row++) {
-        double y[2];
-        multiply_row(row_start, col, value, u, row, y);
-        double *ri = r + 2 * (long)row, *pi = p + 2 * (long)row;
-        ri[0] = f[2 * (long)row] - y[0];
-        ri[1] = f[2 * (long)row + 1] - y[1];
-        multiply_block(inverse + 4 * (long)row, ri, pi);
-        product[2 * (long)row] = ri[0] * pi[0] + ri[1] * pi[1];
-        product[2 * (long)row + 1] = ri[0] * ri[0] + ri[1] * ri[1];
+    for (int group = 0; group < n_group; group++) {
+        const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
+        for (int row = first; row < end; row++) {
+            REAL y[2];
+            NAME(multiply_row)(row_start, col, value, u, row, y);
+            r[2 * (long)row] = f[2 * (long)row] - y[0];
+            r[2 * (long)row + 1] = f[2 * (long)row + 1] - y[1];
+        }
+        const REAL *rg = r + 2 * (long)first;
+        REAL *zg = z + 2 * (long)first;
+        NAME(apply_group)(inverse, dense, scale, group, end - first, rg, zg);
+        part[2 * (long)group] = NAME(dot_group)(rg, zg, 2 * (end - first));
+        part[2 * (long)group + 1] = NAME(dot_group)(rg, rg, 2 * (end - first));
     }
 }
 
 // q = K p; terms of p.q.
-static void multiply_direction(const nmm_solver *s) {
-    const int n = s->n_row;
+static void NAME(multiply_direction)(const nmm_solver *s) {
+    const int n = s->n, n_group = nmm_groups_of(n);
     const int *row_start = s->row_start, *col = s->col;
-    const double *value = s->value, *p = s->p;
-    double *q = s->q, *product = s->product;
+    const REAL *value = s->ARRAYS.value, *p = s->ARRAYS.p;
+    REAL *q = s->ARRAYS.q;
+    double *part = s->part;
     const nmm_iteration *state = s->state;
     PARALLEL_FOR
-    for (int row = 0; row < n; row++) {
+    for (int group = 0; group < n_group; group++) {
         if (state->stop != NMM_STOP_NONE) continue;
-        double *qi = q + 2 * (long)row;
-        multiply_row(row_start, col, value, p, row, qi);
-        product[2 * (long)row] = p[2 * (long)row] * qi[0] + p[2 * (long)row + 1] * qi[1];
-        product[2 * (long)row + 1] = 0;
+        const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
+        for (int row = first; row < end; row++)
+            NAME(multiply_row)(row_start, col, value, p, row, q + 2 * (long)row);
+        const long at = 2 * (long)first;
+        part[2 * (long)group] = NAME(dot_group)(p + at, q + at, 2 * (end - first));
+        part[2 * (long)group + 1] = 0;
     }
 }
 
-// One sweep of damped block Jacobi, eq. (6.4).
-static void sweep(const nmm_solver *s, const double *from, double *to, double damping) {
-    const int n = s->n_row;
+// Sweep k of a batch, of block Jacobi or Chebyshev, eq. (6.4) and (6.12): p = a p + b D^-1 r, to =
+// from + p; terms of r.D^-1 r and r.r, where r belongs to `from`.
+static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, int k) {
+    const int n = s->n, n_group = nmm_groups_of(n);
     const int *row_start = s->row_start, *col = s->col;
-    const double *value = s->value, *inverse = s->inverse, *f = s->f;
+    const REAL *value = s->ARRAYS.value, *inverse = s->ARRAYS.inverse, *f = s->ARRAYS.f;
+    REAL *p = s->ARRAYS.p;
+    const float *dense = s->dense;
+    const double *scale = s->dense_scale;
+    double *part = s->part;
+    const nmm_iteration *state = s->state;
     PARALLEL_FOR
-    for (int row = 0; row < n; row++) {
-        double r[2], z[2];
-        multiply_row(row_start, col, value, from, row, r);
-        r[0] = f[2 * (long)row] - r[0];
-        r[1] = f[2 * (long)row + 1] - r[1];
-        multiply_block(inverse + 4 * (long)row, r, z);
-        to[2 * (long)row] = from[2 * (long)row] + damping * z[0];
-        to[2 * (long)row + 1] = from[2 * (long)row + 1] + damping * z[1];
-    }
-}
-
-// The same; with the terms of r.D^-1 r and r.r, where r belongs to `from`.
-static void sweep_measured(const nmm_solver *s, const double *from, double *to, double damping) {
-    const int n = s->n_row;
-    const int *row_start = s->row_start, *col = s->col;
-    const double *value = s->value, *inverse = s->inverse, *f = s->f;
-    double *product = s->product;
-    PARALLEL_FOR
-    for (int row = 0; row < n; row++) {
-        double r[2], z[2];
-        multiply_row(row_start, col, value, from, row, r);
-        r[0] = f[2 * (long)row] - r[0];
-        r[1] = f[2 * (long)row + 1] - r[1];
-        multiply_block(inverse + 4 * (long)row, r, z);
-        to[2 * (long)row] = from[2 * (long)row] + damping * z[0];
-        to[2 * (long)row + 1] = from[2 * (long)row + 1] + damping * z[1];
-        product[2 * (long)row] = r[0] * z[0] + r[1] * z[1];
-        product[2 * (long)row + 1] = r[0] * r[0] + r[1] * r[1];
+    for (int group = 0; group < n_group; group++) {
+        const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
+        const REAL a = (REAL)state->weight[k][0], b = (REAL)state->weight[k][1];
+        REAL r[NMM_GROUP_UNKNOWNS], z[NMM_GROUP_UNKNOWNS];
+        for (int row = first; row < end; row++) {
+            REAL y[2];
+            NAME(multiply_row)(row_start, col, value, from, row, y);
+            r[2 * (row - first)] = f[2 * (long)row] - y[0];
+            r[2 * (row - first) + 1] = f[2 * (long)row + 1] - y[1];
+        }
+        NAME(apply_group)(inverse, dense, scale, group, end - first, r, z);
+        for (int i = 0; i < 2 * (end - first); i++) {
+            const long at = 2 * (long)first + i;
+            // What p held before the first sweep is no number to count with.
+            p[at] = a == 0 ? b * z[i] : a * p[at] + b * z[i];
+            to[at] = from[at] + p[at];
+        }
+        part[2 * (long)group] = NAME(dot_group)(r, z, 2 * (end - first));
+        part[2 * (long)group + 1] = NAME(dot_group)(r, r, 2 * (end - first));
     }
 }
 
 // --- Kernels: vectors
 
-// u += alpha p, r -= alpha q; terms of r.D^-1 r and r.r.
-static void advance(const nmm_solver *s) {
-    const int n = s->n_row;
-    const double *inverse = s->inverse, *p = s->p, *q = s->q;
-    double *u = s->u, *r = s->r, *product = s->product;
+// u += alpha p, r -= alpha q, z = D^-1 r; terms of r.z and r.r.
+static void NAME(advance)(const nmm_solver *s) {
+    const int n = s->n, n_group = nmm_groups_of(n);
+    const REAL *inverse = s->ARRAYS.inverse, *p = s->ARRAYS.p, *q = s->ARRAYS.q;
+    REAL *u = s->ARRAYS.u, *r = s->ARRAYS.r, *z = s->ARRAYS.z;
+    const float *dense = s->dense;
+    const double *scale = s->dense_scale;
+    double *part = s->part;
     const nmm_iteration *state = s->state;
     PARALLEL_FOR
-    for (int row = 0; row < n; row++) {
+    for (int group = 0; group < n_group; group++) {
         if (state->stop != NMM_STOP_NONE) continue;
-        const double alpha = state->alpha;
-        const long i = 2 * (long)row;
-        double z[2];
-        u[i] += alpha * p[i];
-        u[i + 1] += alpha * p[i + 1];
-        r[i] -= alpha * q[i];
-        r[i + 1] -= alpha * q[i + 1];
-        multiply_block(inverse + 2 * i, r + i, z);
-        product[i] = r[i] * z[0] + r[i + 1] * z[1];
-        product[i + 1] = r[i] * r[i] + r[i + 1] * r[i + 1];
-    }
-}
-
-// p = D^-1 r + beta p.
-static void turn(const nmm_solver *s) {
-    const int n = s->n_row;
-    const double *inverse = s->inverse, *r = s->r;
-    double *p = s->p;
-    const nmm_iteration *state = s->state;
-    PARALLEL_FOR
-    for (int row = 0; row < n; row++) {
-        if (state->stop != NMM_STOP_NONE) continue;
-        const double beta = state->beta;
-        const long i = 2 * (long)row;
-        double z[2];
-        multiply_block(inverse + 2 * i, r + i, z);
-        p[i] = z[0] + beta * p[i];
-        p[i + 1] = z[1] + beta * p[i + 1];
-    }
-}
-
-// Start of the Lanczos process: r = D^1/2 times fixed pseudo-random numbers, p = D^-1 r; terms of
-// r.p and r.r. The numbers depend on the row alone (the finaliser of MurmurHash3).
-static void scatter(const nmm_solver *s) {
-    const int n = s->n_row;
-    const double *inverse = s->inverse;
-    double *r = s->r, *p = s->p, *product = s->product;
-    PARALLEL_FOR
-    for (int row = 0; row < n; row++) {
-        const long i = 2 * (long)row;
-        for (int k = 0; k < 2; k++) {
-            uint32_t h = (uint32_t)(i + k) + 1;
-            h = (h ^ (h >> 16)) * 0x85ebca6bu;
-            h = (h ^ (h >> 13)) * 0xc2b2ae35u;
-            h = h ^ (h >> 16);
-            r[i + k] = ((double)h / 2147483648.0 - 1) / sqrt(inverse[2 * i + 3 * k]);
+        const REAL alpha = (REAL)state->alpha;
+        const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
+        for (long i = 2 * (long)first; i < 2 * (long)end; i++) {
+            u[i] += alpha * p[i];
+            r[i] -= alpha * q[i];
         }
-        multiply_block(inverse + 2 * i, r + i, p + i);
-        product[i] = r[i] * p[i] + r[i + 1] * p[i + 1];
-        product[i + 1] = r[i] * r[i] + r[i + 1] * r[i + 1];
+        const REAL *rg = r + 2 * (long)first;
+        REAL *zg = z + 2 * (long)first;
+        NAME(apply_group)(inverse, dense, scale, group, end - first, rg, zg);
+        part[2 * (long)group] = NAME(dot_group)(rg, zg, 2 * (end - first));
+        part[2 * (long)group + 1] = NAME(dot_group)(rg, rg, 2 * (end - first));
+    }
+}
+
+// p = z + beta p.
+static void NAME(turn)(const nmm_solver *s) {
+    const int n = s->n, n_group = nmm_groups_of(n);
+    const REAL *z = s->ARRAYS.z;
+    REAL *p = s->ARRAYS.p;
+    const nmm_iteration *state = s->state;
+    PARALLEL_FOR
+    for (int group = 0; group < n_group; group++) {
+        if (state->stop != NMM_STOP_NONE) continue;
+        const REAL beta = (REAL)state->beta;
+        const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
+        for (long i = 2 * (long)first; i < 2 * (long)end; i++)
+            p[i] = beta == 0 ? z[i] : z[i] + beta * p[i];
     }
 }
 
 // Terms of the sums of |u - q| and |u|.
-static void measure_change(const nmm_solver *s) {
-    const int n = s->n_row;
-    const double *u = s->u, *q = s->q;
-    double *product = s->product;
-    PARALLEL_FOR
-    for (int row = 0; row < n; row++) {
-        const long i = 2 * (long)row;
-        product[i] = fabs(u[i] - q[i]) + fabs(u[i + 1] - q[i + 1]);
-        product[i + 1] = fabs(u[i]) + fabs(u[i + 1]);
-    }
-}
-
-// --- Kernels: sums and scalars
-
-static inline int chunks_of(int n_row) {
-    return (n_row + NMM_SOLVE_CHUNK - 1) / NMM_SOLVE_CHUNK;
-}
-
-// Sums of the terms over each chunk.
-static void sum_chunks(const nmm_solver *s) {
-    const int n = s->n_row, n_chunk = chunks_of(n);
-    const double *product = s->product;
+static void NAME(measure_change)(const nmm_solver *s) {
+    const int n = s->n, n_group = nmm_groups_of(n);
+    const REAL *u = s->ARRAYS.u, *q = s->ARRAYS.q;
     double *part = s->part;
-    nmm_iteration *state = s->state;
     PARALLEL_FOR
-    for (int chunk = 0; chunk < n_chunk; chunk++) {
-        const int begin = chunk * NMM_SOLVE_CHUNK;
-        const int end = begin + NMM_SOLVE_CHUNK < n ? begin + NMM_SOLVE_CHUNK : n;
+    for (int group = 0; group < n_group; group++) {
+        const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
         double sum0 = 0, sum1 = 0;
-        for (int row = begin; row < end; row++) {
-            sum0 += product[2 * (long)row];
-            sum1 += product[2 * (long)row + 1];
+        for (long i = 2 * (long)first; i < 2 * (long)end; i++) {
+            sum0 += fabs((double)u[i] - (double)q[i]);
+            sum1 += fabs((double)u[i]);
         }
-        part[2 * (long)chunk] = sum0;
-        part[2 * (long)chunk + 1] = sum1;
-        if (chunk == 0) state->on_device = ON_DEVICE;
+        part[2 * (long)group] = sum0;
+        part[2 * (long)group + 1] = sum1;
     }
 }
 
-static inline void add_parts(const double *part, int n_chunk, double sum[2]) {
-    double sum0 = 0, sum1 = 0;
-    for (int chunk = 0; chunk < n_chunk; chunk++) {
-        sum0 += part[2 * (long)chunk];
-        sum1 += part[2 * (long)chunk + 1];
-    }
-    sum[0] = sum0;
-    sum[1] = sum1;
-}
-
-static inline int is_finite(double x) {
-    return 0 * x == 0;
-}
-
-// The two sums.
-static void total(const nmm_solver *s) {
-    const int n_chunk = chunks_of(s->n_row);
-    const double *part = s->part;
-    nmm_iteration *state = s->state;
-    SINGLE {
-        add_parts(part, n_chunk, state->sum);
-    }
-}
-
-// The recursion of conjugate gradients begins from r.z and r.r.
-static void begin_recursion(const nmm_solver *s) {
-    const int n_chunk = chunks_of(s->n_row);
-    const double *part = s->part;
-    nmm_iteration *state = s->state;
-    SINGLE {
-        add_parts(part, n_chunk, state->sum);
-        state->rho = state->sum[0];
-        state->stop = NMM_STOP_NONE;
-        if (state->sum[1] <= state->limit) state->stop = NMM_STOP_SMALL;
-        if (!is_finite(state->sum[0] + state->sum[1])) state->stop = NMM_STOP_BROKEN;
-    }
-}
-
-// alpha = rho / p.q, eq. (6.6).
-static void find_step(const nmm_solver *s) {
-    const int n_chunk = chunks_of(s->n_row);
-    const double *part = s->part;
-    nmm_iteration *state = s->state;
-    SINGLE {
-        if (state->stop == NMM_STOP_NONE) {
-            add_parts(part, n_chunk, state->sum);
-            const double curvature = state->sum[0];
-            if (!(curvature > 0)) state->stop = NMM_STOP_CURVATURE;
-            if (!is_finite(curvature)) state->stop = NMM_STOP_BROKEN;
-            state->alpha = state->rho / curvature;
-        }
-    }
-}
-
-// beta = new rho / rho, eq. (6.7); is the residual small enough?
-static void find_turn(const nmm_solver *s) {
-    const int n_chunk = chunks_of(s->n_row);
-    const double *part = s->part;
-    nmm_iteration *state = s->state;
-    SINGLE {
-        if (state->stop == NMM_STOP_NONE) {
-            add_parts(part, n_chunk, state->sum);
-            state->beta = state->sum[0] / state->rho;
-            state->rho = state->sum[0];
-            if (state->iterations < NMM_LANCZOS) {
-                state->history[state->iterations][0] = state->alpha;
-                state->history[state->iterations][1] = state->beta;
-            }
-            state->iterations += 1;
-            const double margin = RECURSION_MARGIN * RECURSION_MARGIN;
-            if (state->sum[1] <= margin * state->limit) state->stop = NMM_STOP_SMALL;
-            if (!is_finite(state->sum[0] + state->sum[1])) state->stop = NMM_STOP_BROKEN;
-        }
-    }
-}
+#ifdef HAS_COARSE
+#include "jacobi_coarse.inl"
+#endif
 
 // --- Batches
 
-static void pcg_batch(const nmm_solver *s, int n) {
+// r, z and their sums for u as it is.
+static void NAME(measure)(const nmm_solver *s) {
+    NAME(measure_rows)(s);
+    sum_chunks(s);
+    begin_recursion(s);
+}
+
+// n iterations of conjugate gradients. z and the sums belong to r.
+static void NAME(pcg_batch)(const nmm_solver *s, int n) {
     BATCH {
         for (int k = 0; k < n; k++) {
-            multiply_direction(s);
+#ifdef HAS_COARSE
+            if (s->blocks == NMM_BLOCKS_BODY) NAME(correct_coarse)(s);
+#endif
+            find_turn(s);
+            NAME(turn)(s);
+            NAME(multiply_direction)(s);
             sum_chunks(s);
             find_step(s);
-            advance(s);
+            NAME(advance)(s);
             sum_chunks(s);
-            find_turn(s);
-            turn(s);
+            look_at_residual(s);
         }
     }
 }
 
-// u and q in turns; the last of the n sweeps is measured.
-static void jacobi_batch(const nmm_solver *s, int n, double damping) {
+// u and q in turns; the sums belong to the iterate before the last.
+static void NAME(sweep_batch)(const nmm_solver *s, int n) {
     BATCH {
-        double *x[2] = {s->u, s->q};
-        for (int k = 0; k < n - 1; k++)
-            sweep(s, x[k % 2], x[(k + 1) % 2], damping);
-        sweep_measured(s, x[(n - 1) % 2], x[n % 2], damping);
+        REAL *x[2] = {s->ARRAYS.u, s->ARRAYS.q};
+        for (int k = 0; k < n; k++)
+            NAME(sweep)(s, x[k % 2], x[(k + 1) % 2], k);
         sum_chunks(s);
         total(s);
     }
 }
 
-// --- Control
+// --- Loops
 
-// |f - K u| as it truly is.
-static double true_norm(const nmm_solver *s) {
-    BATCH {
-        measure_rows(s);
-        sum_chunks(s);
-        begin_recursion(s);
-    }
-    FETCH(s->state, 1);
-    return sqrt(s->state->sum[1]);
-}
-
-// Take the first guess, or zero where that is better; its residual norm.
-static double first_norm(nmm_solver *s, const double *u) {
-    s->state->limit = s->limit * s->limit;
-    s->state->iterations = 0;
-    SEND(s->state, 1);
-    nmm_solver_load_guess(s, u);
-    SEND(s->u, 2 * (long)s->n_row);
-    double norm = true_norm(s);
-    if (!(norm <= NMM_GUESS_MARGIN * s->norm)) {
-        s->guess_dropped = true;
-        memset(s->u, 0, 2 * (size_t)s->n_row * sizeof(double));
-        SEND(s->u, 2 * (long)s->n_row);
-        norm = true_norm(s);
-    }
-    s->guess_norm = norm;
-    return norm;
-}
-
-// The row that takes most from p.q, when that is not positive.
-static int row_of_curvature(const nmm_solver *s) {
-    FETCH(s->product, 2 * (long)s->n_row);
-    int worst = 0;
-    for (int row = 1; row < s->n_row; row++)
-        if (s->product[2 * (long)row] < s->product[2 * (long)worst]) worst = row;
-    return worst;
-}
-
-// Iterate until the kernels say stop, or `most` iterations are done.
-static void run_recursion(const nmm_solver *s, int most) {
+// Conjugate gradients from u, whose r, z and sums are measured, until the kernels say stop or
+// `most` iterations are done.
+static void NAME(run_recursion)(const nmm_solver *s, int most) {
     while (s->state->stop == NMM_STOP_NONE && s->state->iterations < most) {
-        pcg_batch(s, nmm_min_int(BATCH_LENGTH, most - s->state->iterations));
+        NAME(pcg_batch)(s, nmm_min_int(NMM_BATCH, most - s->state->iterations));
         FETCH(s->state, 1);
     }
 }
 
-// Conjugate gradients. What the recursion calls small is measured; if it is not, the recursion
-// starts anew from there, as long as each start at least halves the residual.
-static double run_pcg(nmm_solver *s, const double *u, nmm_solve_report *report) {
-    const int most = s->options.max_iterations;
-    double norm = first_norm(s, u), before = 2 * norm + 1;
-    while (!(norm <= s->limit) && report->end == NMM_SOLVE_CONVERGED) {
-        if (s->state->iterations >= most) {
-            report->end = NMM_SOLVE_TOO_SLOW;
-        } else if (!(norm < 0.5 * before)) {
-            report->end = NMM_SOLVE_STAGNATED;
-        } else {
-            before = norm;
-            run_recursion(s, most);
-            const int stop = s->state->stop;
-            const int row = stop == NMM_STOP_CURVATURE ? row_of_curvature(s) : -1;
-            norm = true_norm(s);
-            if (norm <= s->limit) break;
-            report->row = row;
-            if (stop == NMM_STOP_CURVATURE) report->end = NMM_SOLVE_INDEFINITE;
-            if (stop == NMM_STOP_BROKEN) report->end = NMM_SOLVE_DIVERGED;
-        }
-    }
-    report->iterations = s->state->iterations;
-    return norm;
-}
-
-// lambda_max of D^-1 K by Lanczos steps, which are those of conjugate gradients, eq. (6.9). Uses u.
-static void estimate_lambda(nmm_solver *s, nmm_solve_report *report) {
-    SEND(s->state, 1);
-    BATCH {
-        scatter(s);
-        sum_chunks(s);
-        begin_recursion(s);
-    }
-    FETCH(s->state, 1);
-    // Where the residual has fallen this far the process has seen the whole spectrum.
-    s->state->limit = 1e-24 * s->state->sum[1];
-    SEND(s->state, 1);
-    run_recursion(s, NMM_LANCZOS);
-    if (s->state->stop == NMM_STOP_CURVATURE) {
-        report->end = NMM_SOLVE_INDEFINITE;
-        report->row = row_of_curvature(s);
-    }
-    report->lambda_max = nmm_lanczos_largest(s->state->iterations, s->state->history);
-}
-
-static void swap_iterates(nmm_solver *s) {
-    double *newest = s->u;
-    s->u = s->q;
-    s->q = newest;
+static void NAME(swap_iterates)(nmm_solver *s) {
+    REAL *newest = s->ARRAYS.u;
+    s->ARRAYS.u = s->ARRAYS.q;
+    s->ARRAYS.q = newest;
 }
 
 // The paper's test: mean change of the last sweep against the mean of u, eq. (6.3).
-static bool change_settled(const nmm_solver *s) {
+static bool NAME(change_settled)(const nmm_solver *s) {
     BATCH {
-        measure_change(s);
+        NAME(measure_change)(s);
         sum_chunks(s);
         total(s);
     }
@@ -437,55 +345,31 @@ static bool change_settled(const nmm_solver *s) {
     return s->state->sum[0] <= s->options.tolerance * s->state->sum[1];
 }
 
-// Sweeps by batches. The last of a batch measures the iterate before it, kept in q. The weighted
-// sum r.D^-1 r is a convex function of the number of sweeps: once it has grown, it grows for ever.
-static double run_sweeps(nmm_solver *s, double damping, double norm, nmm_solve_report *report) {
-    double lowest = s->state->sum[0];
-    while (!(norm <= s->limit)) {
-        const int n = nmm_min_int(BATCH_LENGTH, s->options.max_iterations - report->iterations);
+// Sweeps by batches, from u, until its residual is at most `limit`. The sums of a batch belong to
+// the iterate before its last, kept in q; that one is the result. Returns its residual.
+static double NAME(run_sweeps)(nmm_solver *s, sweeps *plan, double norm, double limit,
+                               nmm_solve_report *report) {
+    plan_start(plan, norm, s->state->sum[0]);
+    const int before = report->iterations;
+    while (!(norm <= limit)) {
+        const int n = nmm_min_int(NMM_BATCH, s->options.max_iterations - report->iterations);
         if (n == 0) report->end = NMM_SOLVE_TOO_SLOW;
         if (report->end != NMM_SOLVE_CONVERGED) break;
-        jacobi_batch(s, n, damping);
+        plan_batch(plan, n, s->state->weight);
+        SEND(s->state, 1);
+        NAME(sweep_batch)(s, n);
         FETCH(s->state, 1);
         report->iterations += n;
         norm = sqrt(s->state->sum[1]);
-        const double weighted = s->state->sum[0];
         // Let u be the newest iterate, q the measured one.
-        if (n % 2 == 1) swap_iterates(s);
-        if (!(weighted <= 2 * lowest)) report->end = NMM_SOLVE_DIVERGED;
-        lowest = nmm_min(lowest, weighted);
-        report->by_average_change = norm > s->limit && report->end == NMM_SOLVE_CONVERGED &&
-                                    s->options.stop_average_change && change_settled(s);
-        if (report->by_average_change) return true_norm(s);
+        if (n % 2 == 1) NAME(swap_iterates)(s);
+        const sweeps_verdict verdict = plan_judge(plan, norm, s->state->sum[0]);
+        if (verdict == SWEEPS_DIVERGE) report->end = NMM_SOLVE_DIVERGED;
+        if (verdict == SWEEPS_STAGNATE && norm > limit) report->end = NMM_SOLVE_STAGNATED;
+        report->by_average_change = norm > limit && report->end == NMM_SOLVE_CONVERGED &&
+                                    s->options.stop_average_change && NAME(change_settled)(s);
+        if (report->by_average_change) return norm;
     }
-    if (report->iterations > 0) swap_iterates(s);
-    return norm;
-}
-
-static double run_jacobi(nmm_solver *s, const double *u, nmm_solve_report *report) {
-    double damping = s->options.jacobi_damping;
-    if (damping == 0) {
-        estimate_lambda(s, report);
-        damping = 1.9 / nmm_max(report->lambda_max, 1);
-    }
-    const double norm = first_norm(s, u);
-    if (report->end != NMM_SOLVE_CONVERGED) return norm;
-    return run_sweeps(s, damping, norm, report);
-}
-
-// A prepared system: send it, iterate, fetch the result into s->u; its true residual norm.
-static double run_method(nmm_solver *s, const double *u, nmm_solve_report *report) {
-    const long n = s->n_row, n_block = s->n_block;
-    if (!s->pattern_kept) {
-        SEND(s->row_start, n + 1);
-        SEND(s->col, n_block);
-    }
-    SEND(s->value, 4 * n_block);
-    SEND(s->inverse, 4 * n);
-    SEND(s->f, 2 * n);
-    const bool jacobi = s->options.method == NMM_SOLVE_JACOBI;
-    const double norm = jacobi ? run_jacobi(s, u, report) : run_pcg(s, u, report);
-    FETCH(s->u, 2 * n);
-    report->on_device = s->state->on_device != 0;
+    if (report->iterations > before) NAME(swap_iterates)(s);
     return norm;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The largest eigenvalue of the tridiagonal matrix that conjugate gradients build on their way:
-// an estimate from below of lambda_max of D^-1 K. By bisection with Sturm's count of eigenvalues.
+// Smallest and largest eigenvalue of the tridiagonal matrix that conjugate gradients build on their
+// way: estimates from inside of the bounds of the spectrum of D^-1 K. By bisection with Sturm's
+// count of eigenvalues.
 
 #include "solver.h"
 
@@ -25,7 +26,20 @@ static int count_below(const tridiagonal *T, double x) {
     return count;
 }
 
-double nmm_lanczos_largest(int n, double history[][2]) {
+// The value below which lie `count` eigenvalues but not `count` + 1, between low and high.
+static double find(const tridiagonal *T, int count, double low, double high) {
+    for (int round = 0; round < 60 && high - low > 1e-6 * high; round++) {
+        const double middle = 0.5 * (low + high);
+        if (count_below(T, middle) > count) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    return high;
+}
+
+void nmm_lanczos_bounds(int n, double history[][2], double bounds[2]) {
     tridiagonal T = {.n = nmm_min_int(n, NMM_LANCZOS)};
     double high = 0;
     for (int k = 0; k < T.n; k++) {
@@ -37,14 +51,6 @@ double nmm_lanczos_largest(int n, double history[][2]) {
         const double before = k > 0 ? T.off[k - 1] : 0;
         high = nmm_max(high, T.diagonal[k] + before + T.off[k]);
     }
-    double low = 0;
-    for (int round = 0; round < 60 && high - low > 1e-6 * high; round++) {
-        const double middle = 0.5 * (low + high);
-        if (count_below(&T, middle) == T.n) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    return high;
+    bounds[0] = T.n > 0 ? find(&T, 0, 0, high) : 0;
+    bounds[1] = T.n > 0 ? find(&T, T.n - 1, 0, high) : 0;
 }

@@ -79,36 +79,70 @@ nmm_status nmm_solver_create(nmm_context *context, nmm_solver **solver, int max_
     nmm_solver *s = *solver;
     s->max_row = max_row;
     s->max_block = max_block;
+    s->max_n = nmm_clusters_room(max_row);
     s->staged = staged;
-    // At least one row, so that every array has an address.
-    const size_t n = (size_t)nmm_max_int(max_row, 1);
-    double **const vector[] = {&s->f, &s->u, &s->r, &s->p, &s->q, &s->product};
+    const size_t n = (size_t)s->max_n, n_group = n / NMM_GROUP;
+    nmm_wide *w = &s->wide;
+    double **const vector[] = {&w->f, &w->u, &w->r, &w->p, &w->q, &w->z};
     for (size_t k = 0; k < sizeof vector / sizeof *vector; k++)
         TRY(nmm_allocate(context, vector[k], n, 2 * sizeof(double)));
-    TRY(nmm_allocate(context, &s->inverse, n, 4 * sizeof(double)));
-    TRY(nmm_allocate(context, &s->part, n / NMM_SOLVE_CHUNK + 1, 2 * sizeof(double)));
+    TRY(nmm_allocate(context, &w->inverse, n, 4 * sizeof(double)));
+    TRY(nmm_allocate(context, &s->part, n_group, 2 * sizeof(double)));
+    TRY(nmm_allocate(context, &s->chunk, n_group / NMM_SOLVE_CHUNK + 1, 2 * sizeof(double)));
     TRY(nmm_allocate(context, &s->state, 1, sizeof *s->state));
-    if (!staged) return NMM_OK;
-    const size_t n_block = (size_t)nmm_max_int(max_block, 1);
-    TRY(nmm_allocate(context, &s->row_start, n + 1, sizeof(int)));
-    TRY(nmm_allocate(context, &s->col, n_block, sizeof(int)));
-    return nmm_allocate(context, &s->value, n_block, 4 * sizeof(double));
+    return staged ? nmm_solver_own_matrix(context, s) : NMM_OK;
+}
+
+nmm_status nmm_solver_own_matrix(nmm_context *context, nmm_solver *s) {
+    if (s->own_value != NULL) return NMM_OK;
+    const size_t n_block = (size_t)nmm_max_int(s->max_block, 1);
+    if (s->own_row_start == NULL) {
+        TRY(nmm_allocate(context, &s->own_row_start, (size_t)s->max_n + 1, sizeof(int)));
+    }
+    if (s->own_col == NULL) TRY(nmm_allocate(context, &s->own_col, n_block, sizeof(int)));
+    return nmm_allocate(context, &s->own_value, n_block, 4 * sizeof(double));
+}
+
+nmm_status nmm_solver_own_narrow(nmm_context *context, nmm_solver *s) {
+    if (s->narrow.value != NULL) return NMM_OK;
+    const size_t n = (size_t)s->max_n, n_block = (size_t)nmm_max_int(s->max_block, 1);
+    nmm_narrow *w = &s->narrow;
+    float **const vector[] = {&w->f, &w->u, &w->r, &w->p, &w->q, &w->z};
+    for (size_t k = 0; k < sizeof vector / sizeof *vector; k++)
+        if (*vector[k] == NULL) TRY(nmm_allocate(context, vector[k], n, 2 * sizeof(float)));
+    if (w->inverse == NULL) TRY(nmm_allocate(context, &w->inverse, n, 4 * sizeof(float)));
+    return nmm_allocate(context, &w->value, n_block, 4 * sizeof(float));
+}
+
+nmm_status nmm_solver_own_dense(nmm_context *context, nmm_solver *s) {
+    if (s->dense_room != NULL) return NMM_OK;
+    const size_t n_group = (size_t)s->max_n / NMM_GROUP;
+    if (s->dense_scale == NULL) {
+        TRY(nmm_allocate(context, &s->dense_scale, n_group, sizeof(double)));
+    }
+    return nmm_allocate(context, &s->dense_room, n_group,
+                        NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS * sizeof(float));
 }
 
 void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
     nmm_solver *s = *solver;
     if (s == NULL) return;
-    double **const vector[] = {&s->f, &s->u,       &s->r,       &s->p,
-                               &s->q, &s->product, &s->inverse, &s->part};
-    for (size_t k = 0; k < sizeof vector / sizeof *vector; k++)
-        nmm_release(context, vector[k]);
+    nmm_wide *w = &s->wide;
+    nmm_narrow *v = &s->narrow;
+    double **const wide[] = {&w->f,       &w->u,    &w->r,     &w->p,           &w->q,        &w->z,
+                             &w->inverse, &s->part, &s->chunk, &s->dense_scale, &s->own_value};
+    for (size_t k = 0; k < sizeof wide / sizeof *wide; k++)
+        nmm_release(context, wide[k]);
+    float **const narrow[] = {&v->f, &v->u,       &v->r,     &v->p,         &v->q,
+                              &v->z, &v->inverse, &v->value, &s->dense_room};
+    for (size_t k = 0; k < sizeof narrow / sizeof *narrow; k++)
+        nmm_release(context, narrow[k]);
     nmm_release(context, &s->state);
+    nmm_release(context, &s->own_row_start);
+    nmm_release(context, &s->own_col);
+    nmm_clusters_destroy(context, &s->clusters);
+    nmm_coarse_destroy(context, &s->coarse);
     nmm_direct_destroy(context, &s->direct);
-    if (s->staged) {
-        nmm_release(context, &s->row_start);
-        nmm_release(context, &s->col);
-        nmm_release(context, &s->value);
-    }
     nmm_release(context, solver);
 }
 
@@ -133,6 +167,11 @@ static nmm_status check_options(nmm_context *context, const nmm_solve_options *o
         return nmm_fail(context, NMM_ERROR_ARGUMENT, "SOR factor %g is not within 0 .. 2",
                         o->sor_factor);
     }
+    if (!((int)o->blocks >= NMM_BLOCKS_AUTO && o->blocks <= NMM_BLOCKS_BODY) ||
+        !((int)o->precision >= NMM_PRECISION_DOUBLE && o->precision <= NMM_PRECISION_MIXED)) {
+        return nmm_fail(context, NMM_ERROR_ARGUMENT, "solver blocks %d, precision %d: unknown",
+                        (int)o->blocks, (int)o->precision);
+    }
     if (o->max_iterations < 0 || o->n_thread < 0) {
         return nmm_fail(context, NMM_ERROR_ARGUMENT, "%d solver iterations on %d threads",
                         o->max_iterations, o->n_thread);
@@ -149,10 +188,20 @@ static int chosen_iterations(nmm_solve_method method, int n_row) {
 }
 
 // Every 0 by what it stands for.
-static nmm_solve_options complete_options(const nmm_context *context,
+static nmm_solve_options complete_options(const nmm_context *context, bool staged,
                                           const nmm_solve_options *options, int n_row) {
     nmm_solve_options o = *options;
     if (o.method == NMM_SOLVE_AUTO) o.method = NMM_SOLVE_PCG;
+    if (o.blocks == NMM_BLOCKS_AUTO) {
+        const bool dense = o.method == NMM_SOLVE_PCG || o.method == NMM_SOLVE_CHEBYSHEV;
+        o.blocks = dense ? NMM_BLOCKS_CLUSTER : NMM_BLOCKS_COVER;
+    }
+    const bool sweeps = o.method == NMM_SOLVE_JACOBI || o.method == NMM_SOLVE_CHEBYSHEV;
+    if (!sweeps && o.method != NMM_SOLVE_PCG) o.blocks = NMM_BLOCKS_COVER;
+    // The coarse correction is one of conjugate gradients on the host, and needs places and bodies.
+    const bool coarse = o.method == NMM_SOLVE_PCG && !staged && o.place != NULL && o.body != NULL;
+    if (o.blocks == NMM_BLOCKS_BODY && !coarse) o.blocks = NMM_BLOCKS_CLUSTER;
+    if (!sweeps && o.method != NMM_SOLVE_PCG) o.precision = NMM_PRECISION_DOUBLE;
     if (o.sor_factor == 0) o.sor_factor = 1.9;
     if (o.method == NMM_SOLVE_GAUSS_SEIDEL) o.sor_factor = 1;
     if (o.max_iterations == 0) o.max_iterations = chosen_iterations(o.method, n_row);
@@ -160,8 +209,8 @@ static nmm_solve_options complete_options(const nmm_context *context,
     return o;
 }
 
-nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
-                              bool keep_pattern, const nmm_solve_options *options) {
+nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, const nmm_bsr *K,
+                            const nmm_solve_options *options) {
     TRY(check_options(context, options));
     const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
     if (K->n_row < 0 || K->n_row > solver->max_row || n_block > solver->max_block) {
@@ -169,12 +218,31 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
                         "a system of %d rows and %d blocks in a solver opened for %d and %d",
                         K->n_row, n_block, solver->max_row, solver->max_block);
     }
-    solver->options = complete_options(context, options, K->n_row);
-    solver->pattern_kept = keep_pattern && solver->n_row == K->n_row && solver->n_block == n_block;
+    return NMM_OK;
+}
+
+nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                              bool keep_pattern, const nmm_solve_options *options) {
+    TRY(nmm_solver_check(context, solver, K, options));
+    const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
+    solver->options = complete_options(context, solver->staged, options, K->n_row);
+    const nmm_solve_blocks blocks = solver->options.blocks;
+    const bool reordered = blocks >= NMM_BLOCKS_CLUSTER;
+    const bool was_reordered = solver->blocks >= NMM_BLOCKS_CLUSTER;
+    const bool kept = keep_pattern && solver->n_row == K->n_row && solver->n_block == n_block;
+    solver->pattern_kept = kept && reordered == was_reordered;
+    if (!kept) solver->clusters_found = solver->parts_found = false;
+    if (!kept || !options->reuse) solver->dense_made = solver->coarse_made = false;
+    solver->blocks = blocks;
     solver->n_row = K->n_row;
     solver->n_block = n_block;
     solver->n_thread = K->n_row < ROWS_FOR_THREADS ? 1 : solver->options.n_thread;
-    return NMM_OK;
+    if (solver->options.precision == NMM_PRECISION_MIXED) {
+        TRY(nmm_solver_own_narrow(context, solver));
+    }
+    if (!reordered) return NMM_OK;
+    TRY(nmm_solver_own_dense(context, solver));
+    return nmm_solver_own_matrix(context, solver);
 }
 
 // --- Checks of the system
@@ -227,12 +295,16 @@ static nmm_solve_end take_rows(nmm_solver *s, const nmm_bsr *K, int *row_of_trou
 #pragma omp parallel for num_threads(n_thread) schedule(static)                                    \
     reduction(min                                                                                  \
               : infinite, indefinite) if (n_thread > 1)
-    for (int row = 0; row < K->n_row; row++) {
+    for (int at = 0; at < s->n; at++) {
+        const int row = nmm_solver_row(s, at);
+        double *inverse = s->wide.inverse + 4 * (long)at;
+        if (row < 0) {
+            memset(inverse, 0, 4 * sizeof(double));
+            continue;
+        }
         const double *block = K->value + 4 * (long)K->diagonal[row];
         if (not_finite(K, row) != 0) infinite = nmm_min_int(infinite, row);
-        if (!invert_block(block, s->inverse + 4 * (long)row)) {
-            indefinite = nmm_min_int(indefinite, row);
-        }
+        if (!invert_block(block, inverse)) indefinite = nmm_min_int(indefinite, row);
     }
     *row_of_trouble = infinite < K->n_row ? infinite : indefinite;
     if (infinite < K->n_row) return NMM_SOLVE_NOT_FINITE;
@@ -241,7 +313,7 @@ static nmm_solve_end take_rows(nmm_solver *s, const nmm_bsr *K, int *row_of_trou
 
 // --- Scaling
 
-// f into solver->f, scaled; returns the row of a number that is not finite, or -1.
+// f into solver->wide.f, scaled; returns the row of a number that is not finite, or -1.
 static int take_right_hand_side(nmm_solver *s, const double *f) {
     double largest = 0;
     for (int i = 0; i < 2 * s->n_row; i++) {
@@ -252,77 +324,185 @@ static int take_right_hand_side(nmm_solver *s, const double *f) {
     // Kept where 2^exponent and its inverse are ordinary numbers.
     s->exponent = nmm_max_int(-1000, nmm_min_int(s->exponent, 1000));
     const double scale = ldexp(1, -s->exponent);
-    for (int i = 0; i < 2 * s->n_row; i++)
-        s->f[i] = scale * f[i];
-    s->norm = sqrt(nmm_sum_product(2 * s->n_row, s->f, s->f, 1));
+    for (int at = 0; at < s->n; at++) {
+        const int row = nmm_solver_row(s, at);
+        s->wide.f[2 * at] = row < 0 ? 0 : scale * f[2 * row];
+        s->wide.f[2 * at + 1] = row < 0 ? 0 : scale * f[2 * row + 1];
+    }
+    s->norm = sqrt(nmm_sum_product(2 * s->n, s->wide.f, s->wide.f, 1));
     s->limit = nmm_max(s->options.tolerance * s->norm, scale * s->options.absolute);
     return -1;
 }
 
 void nmm_solver_load_guess(nmm_solver *solver, const double *u) {
     const double scale = ldexp(1, -solver->exponent);
-    for (int i = 0; i < 2 * solver->n_row; i++)
-        solver->u[i] = scale * u[i];
+    for (int at = 0; at < solver->n; at++) {
+        const int row = nmm_solver_row(solver, at);
+        solver->wide.u[2 * at] = row < 0 ? 0 : scale * u[2 * row];
+        solver->wide.u[2 * at + 1] = row < 0 ? 0 : scale * u[2 * row + 1];
+    }
 }
 
-// The matrix: a pointer to it, or a copy.
-static void take_matrix(nmm_solver *s, const nmm_bsr *K) {
-    if (!s->staged) {
+// --- The matrix
+
+// The pattern: a pointer to the caller's, a copy, or a copy in the order of the clusters.
+static nmm_status take_pattern(nmm_context *context, nmm_solver *s, const nmm_bsr *K) {
+    const bool reordered = s->blocks >= NMM_BLOCKS_CLUSTER;
+    s->dense = reordered ? s->dense_room : NULL;
+    if (!reordered && !s->staged) {
         s->row_start = K->row_start;
         s->col = K->col;
-        s->value = K->value;
-        return;
+        s->n = K->n_row;
+        return NMM_OK;
     }
-    if (!s->pattern_kept) {
-        memcpy(s->row_start, K->row_start, ((size_t)K->n_row + 1) * sizeof(int));
-        memcpy(s->col, K->col, (size_t)s->n_block * sizeof(int));
+    s->row_start = s->own_row_start;
+    s->col = s->own_col;
+    if (reordered) {
+        if (!s->clusters_found || !s->pattern_kept) {
+            TRY(nmm_clusters_find(context, &s->clusters, K, s->row_start, s->col));
+        }
+        s->clusters_found = true;
+        s->n = s->clusters.n_group * NMM_GROUP;
+        return NMM_OK;
     }
-    memcpy(s->value, K->value, (size_t)s->n_block * 4 * sizeof(double));
+    s->n = K->n_row;
+    s->clusters_found = false;
+    if (s->pattern_kept) return NMM_OK;
+    memcpy(s->row_start, K->row_start, ((size_t)K->n_row + 1) * sizeof(int));
+    memcpy(s->col, K->col, (size_t)s->n_block * sizeof(int));
+    return NMM_OK;
+}
+
+static void take_values(nmm_solver *s, const nmm_bsr *K) {
+    if (s->blocks >= NMM_BLOCKS_CLUSTER) {
+        s->wide.value = s->own_value;
+        nmm_clusters_take(&s->clusters, K, s->n_thread, s->wide.value);
+    } else if (s->staged) {
+        s->wide.value = s->own_value;
+        memcpy(s->wide.value, K->value, (size_t)s->n_block * 4 * sizeof(double));
+    } else {
+        s->wide.value = K->value;
+    }
+}
+
+// Float32 copies; false where a number is beyond float32, squares of quotients included.
+static bool take_narrow(nmm_solver *s) {
+    const long n_value = 4 * (long)s->n_block, n_inverse = 4 * (long)s->n;
+    const double *value = s->wide.value, *inverse = s->wide.inverse;
+    float *narrow_value = s->narrow.value, *narrow_inverse = s->narrow.inverse;
+    double largest = 0;
+    const int n_thread = s->n_thread;
+#pragma omp parallel for num_threads(n_thread) schedule(static)                                    \
+    reduction(max                                                                                  \
+              : largest) if (n_thread > 1)
+    for (long k = 0; k < n_value; k++) {
+        narrow_value[k] = (float)value[k];
+        largest = nmm_max(largest, fabs(value[k]));
+    }
+    for (long k = 0; k < n_inverse; k++) {
+        narrow_inverse[k] = (float)inverse[k];
+        largest = nmm_max(largest, fabs(inverse[k]));
+    }
+    return largest < 1e25;
+}
+
+// Inverted clusters and coarse factor, where there are none to reuse.
+static nmm_status make_blocks(nmm_context *context, nmm_solver *s, nmm_solve_report *report) {
+    if (s->blocks < NMM_BLOCKS_CLUSTER) return NMM_OK;
+    if (!s->dense_made) {
+        nmm_clusters_invert(s->clusters.n_group, s->row_start, s->col, s->wide.value, s->n_thread,
+                            s->dense_room, s->dense_scale);
+        report->setups += 1;
+    }
+    s->dense_new = !s->dense_made;
+    s->dense_made = true;
+    if (s->blocks < NMM_BLOCKS_BODY || s->coarse_made) return NMM_OK;
+    const nmm_coarse_source source = {.n = s->n,
+                                      .n_thread = s->n_thread,
+                                      .row_start = s->row_start,
+                                      .col = s->col,
+                                      .value = s->wide.value,
+                                      .order = s->clusters.order,
+                                      .place = s->options.place,
+                                      .body = s->options.body};
+    if (!s->parts_found) TRY(nmm_coarse_divide(context, &s->coarse, &source));
+    s->parts_found = true;
+    nmm_coarse_make(&s->coarse, &source);
+    s->coarse_made = true;
+    report->setups += 1;
+    return NMM_OK;
 }
 
 // --- Before and after
 
-static bool end_early(nmm_solver *s, nmm_solve_report *report, nmm_solve_end end, int row) {
+static void end_early(nmm_solver *s, nmm_solve_report *report, nmm_solve_end end, int row) {
     report->end = end;
     report->row = row;
     // What was sent before cannot be trusted to match what comes next.
     s->n_row = -1;
-    return false;
 }
 
-bool nmm_solver_start(nmm_solver *solver, const nmm_bsr *K, const double *f, double *u,
-                      nmm_solve_report *report) {
-    *report = (nmm_solve_report){.method = solver->options.method, .row = -1, .residual = -1};
+nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                            const double *f, double *u, nmm_solve_report *report, bool *ready) {
+    *report = (nmm_solve_report){.method = solver->options.method,
+                                 .blocks = solver->blocks,
+                                 .precision = solver->options.precision,
+                                 .n_thread = solver->n_thread,
+                                 .why = "",
+                                 .row = -1,
+                                 .residual = -1};
+    *ready = false;
     solver->guess_dropped = false;
     memset(solver->state, 0, sizeof *solver->state);
-    if (K->n_row > 0 && !solver->pattern_kept) {
+    if (K->n_row > 0 && !(solver->pattern_kept || solver->clusters_found)) {
         const int row = bad_pattern_row(K, solver->n_block);
-        if (row >= 0) return end_early(solver, report, NMM_SOLVE_BAD_PATTERN, row);
+        if (row >= 0) {
+            end_early(solver, report, NMM_SOLVE_BAD_PATTERN, row);
+            return NMM_OK;
+        }
     }
+    TRY(take_pattern(context, solver, K));
     const int row_of_f = take_right_hand_side(solver, f);
-    if (row_of_f >= 0) return end_early(solver, report, NMM_SOLVE_NOT_FINITE, row_of_f);
+    int row = -1;
+    if (row_of_f >= 0) {
+        end_early(solver, report, NMM_SOLVE_NOT_FINITE, row_of_f);
+        return NMM_OK;
+    }
     // No load, no displacement.
     if (solver->norm == 0) {
         for (int i = 0; i < 2 * K->n_row; i++)
             u[i] = 0;
         report->residual = 0;
-        return end_early(solver, report, NMM_SOLVE_CONVERGED, -1);
+        end_early(solver, report, NMM_SOLVE_CONVERGED, -1);
+        return NMM_OK;
     }
-    int row = -1;
     const nmm_solve_end end = take_rows(solver, K, &row);
-    if (end != NMM_SOLVE_CONVERGED) return end_early(solver, report, end, row);
-    take_matrix(solver, K);
-    return true;
+    if (end != NMM_SOLVE_CONVERGED) {
+        end_early(solver, report, end, row);
+        return NMM_OK;
+    }
+    take_values(solver, K);
+    if (report->precision == NMM_PRECISION_MIXED && !take_narrow(solver)) {
+        report->precision = NMM_PRECISION_DOUBLE;
+        report->why = "numbers beyond float32";
+    }
+    TRY(make_blocks(context, solver, report));
+    *ready = true;
+    return NMM_OK;
 }
 
 static bool write_back(const nmm_solver *s, double *u) {
     const double scale = ldexp(1, s->exponent);
     double zero = 0;
-    for (int i = 0; i < 2 * s->n_row; i++)
-        zero += 0 * (scale * s->u[i]);
+    for (int i = 0; i < 2 * s->n; i++)
+        zero += 0 * (scale * s->wide.u[i]);
     if (zero != 0) return false;
-    for (int i = 0; i < 2 * s->n_row; i++)
-        u[i] = scale * s->u[i];
+    for (int at = 0; at < s->n; at++) {
+        const int row = nmm_solver_row(s, at);
+        if (row < 0) continue;
+        u[2 * row] = scale * s->wide.u[2 * at];
+        u[2 * row + 1] = scale * s->wide.u[2 * at + 1];
+    }
     return true;
 }
 

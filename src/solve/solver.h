@@ -3,23 +3,32 @@
 // Inside of the solve floor: the solver object, shared by the host backend, the target backend and
 // the serial methods, and the steps before and after the iteration, which are the same for all:
 // check the system, scale it, invert its diagonal blocks; judge the result, write it back.
+//
+// The iteration works in groups of 8 block rows. With 2x2 blocks a group is 8 rows in the caller's
+// order, and the matrix is read where it lies. With clusters a group is a cluster: rows are copied
+// in a new order, and groups that have fewer than 8 are filled with empty rows.
 
 #ifndef NMM_SOLVER_H
 #define NMM_SOLVER_H
 
+#include "clusters.h"
+#include "coarse.h"
 #include "solve.h"
 
-/// Rows whose terms are added up one after the other. A sum is made over the rows of each chunk,
-/// then over the chunks in order: one order of additions for any number of threads and any device.
-/// Smaller than NMM_CHUNK, because on a device each chunk is the work of one thread.
+/// Groups whose terms are added up one after the other. A sum is made over the rows of each group,
+/// then over the groups of each chunk, then over the chunks, always in order: one order of
+/// additions for any number of threads and any device.
 #define NMM_SOLVE_CHUNK 64
 
 /// A first guess may be worse than u = 0 by this factor, which is rounding, and is taken all the
 /// same.
 #define NMM_GUESS_MARGIN (1 + 1e-12)
 
-/// Steps of the Lanczos process that estimates lambda_max.
+/// Steps of the Lanczos process that estimates the spectrum of D^-1 K.
 #define NMM_LANCZOS 32
+
+/// Iterations from one look of the host at the scalars to the next.
+#define NMM_BATCH 8
 
 /// Why the kernels stopped iterating; kept where they run.
 typedef enum nmm_stop {
@@ -38,24 +47,67 @@ typedef struct nmm_iteration {
     double sum[2]; // last sums
     double rho, alpha, beta;
     double history[NMM_LANCZOS][2]; // alpha and beta of the first iterations
+    double weight[NMM_BATCH][2];    // of the sweeps of a batch: old direction, D^-1 r
 } nmm_iteration;
 
-/// Rows 0 .. n_row - 1 in use; room for max_row and max_block. D: the diagonal blocks of K.
-/// Right-hand side and unknowns are scaled by a power of two, so that max |f| is 0.5 .. 1.
+/// What an iteration in float64 works on; rows in the order of the iteration, m rows.
+typedef struct nmm_wide {
+    double *value;     // [blocks][2][2]
+    double *inverse;   // [m][2][2] D^-1
+    double *f, *u, *r; // [m][2]
+    double *p, *q, *z; // [m][2] search direction, K p, D^-1 r; q: second iterate of sweeps
+} nmm_wide;
+
+/// The same in float32, for a correction: its f is a residual.
+typedef struct nmm_narrow {
+    float *value;
+    float *inverse;
+    float *f, *u, *r;
+    float *p, *q, *z;
+} nmm_narrow;
+
+/// What automatic choice has learned of this run (choose.c).
+typedef struct nmm_experience {
+    double rate[4]; // by nmm_solve_blocks: orders of magnitude an iteration gains; 0: not known
+    int solves;     // since they were last forgotten
+} nmm_experience;
+
+/// Rows 0 .. n_row - 1 of the caller; 0 .. n - 1 in the iteration. D: the diagonal blocks of K that
+/// are inverted. Right-hand side and unknowns are scaled by a power of two, so that max |f| is
+/// 0.5 .. 1.
 struct nmm_solver {
     int max_row, max_block;
-    bool staged; // row_start, col, value are own copies; else those of the caller's matrix
+    int max_n;   // rows of the iteration there is room for, padding included
+    bool staged; // the matrix is copied in any case; else only where it is reordered
     int n_row, n_block, n_thread;
-    bool pattern_kept; // what was sent last still holds
-    int *row_start;    // [n_row + 1]
-    int *col;          // [n_block]
-    double *value;     // [n_block][2][2]
-    double *inverse;   // [n_row][2][2] D^-1
-    double *f, *u, *r; // [n_row][2]
-    double *p, *q;     // [n_row][2] search direction and K p; q: second iterate of jacobi
-    double *product;   // [n_row][2] terms of two sums
-    double *part;      // [chunks][2] their sums over chunks
+    bool pattern_kept;       // row_start and col hold what they held in the last solve
+    nmm_solve_blocks blocks; // those of this solve, never auto
+    // The matrix of the iteration: the caller's, or copies.
+    int n;          // rows
+    int *row_start; // [n + 1]
+    int *col;       // [n_block]
+    nmm_wide wide;
+    nmm_narrow narrow; // NULL until a solve in mixed precision
+    double *part;      // [groups][2] terms of two sums
+    double *chunk;     // [chunks][2] their sums
     nmm_iteration *state;
+    int *own_row_start, *own_col; // copies
+    double *own_value;
+    // Clusters and coarse correction: found for the pattern, made from the values.
+    nmm_clusters clusters;
+    float *dense;        // [groups][16][16] inverted clusters over dense_scale; NULL: 2x2 blocks
+    double *dense_scale; // [groups]
+    float *dense_room;   // what `dense` points to while clusters are in use
+    nmm_coarse coarse;
+    bool clusters_found, parts_found;
+    bool dense_made, coarse_made; // there are values to reuse
+    bool dense_new;               // made for this solve
+    // Target: up to team_rows rows one team does it all; arrays known on the device.
+    int team_rows;
+    bool dense_mapped, narrow_mapped;
+    nmm_experience experience;
+    double lambda[2]; // bounds of the spectrum that sweeps used last; 0: none
+    nmm_solve_blocks lambda_blocks;
     // What the caller asked for, in the scaled system.
     nmm_solve_options options; // every 0 replaced by what it stands for
     int exponent;              // f = 2^exponent * scaled f
@@ -66,35 +118,60 @@ struct nmm_solver {
     struct nmm_direct *direct; // the factor of the direct method, NULL before its first solve
 };
 
+/// Groups of 8 rows.
+static inline int nmm_groups_of(int n) {
+    return (n + NMM_GROUP - 1) / NMM_GROUP;
+}
+
 /// Allocate. `staged`: with own copies of the matrix.
 nmm_status nmm_solver_create(nmm_context *context, nmm_solver **solver, int max_row, int max_block,
                              bool staged);
 void nmm_solver_destroy(nmm_context *context, nmm_solver **solver);
 
-/// Look at options and sizes.
-/// `keep_pattern`: what was taken over last still holds.
+/// Arrays that only some solves need, allocated at the first of them.
+nmm_status nmm_solver_own_matrix(nmm_context *context, nmm_solver *solver);
+nmm_status nmm_solver_own_narrow(nmm_context *context, nmm_solver *solver);
+nmm_status nmm_solver_own_dense(nmm_context *context, nmm_solver *solver);
+
+/// Are options and sizes in range?
+nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, const nmm_bsr *K,
+                            const nmm_solve_options *options);
+
+/// Look at options and sizes, choose nothing: blocks and precision must not be `auto` any more.
+/// Allocates what they need. `keep_pattern`: what was taken over last still holds.
 nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                               bool keep_pattern, const nmm_solve_options *options);
 
-/// Check pattern, numbers and diagonal blocks; scale f, invert the blocks. False when there is
-/// nothing to iterate: trouble found (u is untouched) or f = 0 (u becomes 0); the report is
-/// complete.
-bool nmm_solver_start(nmm_solver *solver, const nmm_bsr *K, const double *f, double *u,
-                      nmm_solve_report *report);
+/// Check pattern, numbers and diagonal blocks; scale f, take the matrix over, invert the blocks.
+/// *ready is false when there is nothing to iterate: trouble found (u is untouched) or f = 0 (u
+/// becomes 0); the report is complete.
+nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                            const double *f, double *u, nmm_solve_report *report, bool *ready);
 
-/// The caller's u, scaled, into solver->u.
+/// The caller's u, scaled and in the order of the iteration, into solver->wide.u.
 void nmm_solver_load_guess(nmm_solver *solver, const double *u);
 
-/// Write the result in solver->u, whose true residual norm is `norm`, back into u, or leave the
-/// first guess there when that is better and the solve failed. Completes the report.
+/// Row of the caller for a row of the iteration; -1: padding.
+static inline int nmm_solver_row(const nmm_solver *solver, int row) {
+    return solver->blocks >= NMM_BLOCKS_CLUSTER ? solver->clusters.order[row] : row;
+}
+
+/// Write the result in solver->wide.u, whose true residual norm is `norm`, back into u, or leave
+/// the first guess there when that is better and the solve failed. Completes the report.
 void nmm_solver_finish(nmm_solver *solver, double norm, double *u, nmm_solve_report *report);
 
-/// Largest eigenvalue of D^-1 K as seen by `n` Lanczos steps, from alpha and beta of conjugate
-/// gradients: eq. (6.9).
-double nmm_lanczos_largest(int n, double history[][2]);
+/// Smallest and largest eigenvalue of D^-1 K as seen by `n` Lanczos steps, from alpha and beta of
+/// conjugate gradients: eq. (6.9).
+void nmm_lanczos_bounds(int n, double history[][2], double bounds[2]);
 
-/// The serial methods, from the first guess u. The result is in solver->u; returns its true
+/// The serial methods, from the first guess u. The result is in solver->wide.u; returns its true
 /// residual norm.
 double nmm_sor_run(nmm_solver *solver, const double *u, nmm_solve_report *report);
+
+/// The Jacobi family on the host: the same text, compiled for one thread and for several, for any
+/// x86-64 and for those with AVX2. The same bits. Result and return value as nmm_sor_run.
+typedef double nmm_jacobi_run(nmm_solver *solver, const double *u, nmm_solve_report *report);
+nmm_jacobi_run nmm_jacobi_serial, nmm_jacobi_threads, nmm_jacobi_serial_avx2,
+    nmm_jacobi_threads_avx2;
 
 #endif

@@ -18,11 +18,11 @@
 static void sweep(const nmm_solver *s, double factor, double sum[2]) {
     sum[0] = sum[1] = 0;
     for (int row = 0; row < s->n_row; row++) {
-        double *u = s->u + 2 * (long)row;
-        double r0 = s->f[2 * (long)row], r1 = s->f[2 * (long)row + 1];
-        const double *diagonal = s->value + 4 * (long)s->row_start[row];
+        double *u = s->wide.u + 2 * (long)row;
+        double r0 = s->wide.f[2 * (long)row], r1 = s->wide.f[2 * (long)row + 1];
+        const double *diagonal = s->wide.value + 4 * (long)s->row_start[row];
         for (int k = s->row_start[row]; k < s->row_start[row + 1]; k++) {
-            const double *v = s->value + 4 * (long)k, *x = s->u + 2 * (long)s->col[k];
+            const double *v = s->wide.value + 4 * (long)k, *x = s->wide.u + 2 * (long)s->col[k];
             if (s->col[k] == row) diagonal = v;
             r0 -= v[0] * x[0] + v[1] * x[1];
             r1 -= v[2] * x[0] + v[3] * x[1];
@@ -40,9 +40,9 @@ static void sweep(const nmm_solver *s, double factor, double sum[2]) {
 static double true_norm(const nmm_solver *s) {
     double sum = 0;
     for (int row = 0; row < s->n_row; row++) {
-        double r0 = s->f[2 * (long)row], r1 = s->f[2 * (long)row + 1];
+        double r0 = s->wide.f[2 * (long)row], r1 = s->wide.f[2 * (long)row + 1];
         for (int k = s->row_start[row]; k < s->row_start[row + 1]; k++) {
-            const double *v = s->value + 4 * (long)k, *x = s->u + 2 * (long)s->col[k];
+            const double *v = s->wide.value + 4 * (long)k, *x = s->wide.u + 2 * (long)s->col[k];
             r0 -= v[0] * x[0] + v[1] * x[1];
             r1 -= v[2] * x[0] + v[3] * x[1];
         }
@@ -57,7 +57,7 @@ static double first_norm(nmm_solver *s, const double *u) {
     double norm = true_norm(s);
     if (!(norm <= NMM_GUESS_MARGIN * s->norm)) {
         s->guess_dropped = true;
-        memset(s->u, 0, 2 * (size_t)s->n_row * sizeof(double));
+        memset(s->wide.u, 0, 2 * (size_t)s->n_row * sizeof(double));
         norm = true_norm(s);
     }
     s->guess_norm = norm;

@@ -16,6 +16,6 @@ int nmm_transfer_count(void);
 int nmm_guard(int on);
 
 #define TRANSFER_MADE(number) ((number) != nmm_transfer_left_out)
-#define BATCH for (int guarded = nmm_guard(1); guarded; guarded = nmm_guard(0))
+#define GUARDED for (int guarded = nmm_guard(1); guarded; guarded = nmm_guard(0))
 
 #endif

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+//
+// One team of a device walks through a batch of kernels in one launch: threads share the rounds of
+// a loop, a barrier separates kernels, as threads do on the host. For systems too small for all
+// teams, whose iterations would cost less than the launches.
+//
+// The kernels find their arrays through the solver object, so a copy of it lives on the device
+// whose pointers are those of the device: `attach` writes it.
+
+#define TRANSFER_BASE 1000
+
+#include "sweeps.h"
+#include "target.h"
+
+#include <math.h>
+#include <omp.h>
+#include <string.h>
+
+#define PARALLEL_FOR _Pragma("omp for schedule(static)")
+#define SINGLE _Pragma("omp single")
+#define BATCH                                                                                      \
+    attach(s);                                                                                     \
+    GUARDED _Pragma("omp target parallel")
+#define ON_DEVICE (!omp_is_initial_device())
+
+// Everything that kernels look up in `s`.
+static void attach(const nmm_solver *solver) {
+    nmm_solver *s = (nmm_solver *)solver;
+    int *row_start = s->row_start, *col = s->col;
+    nmm_wide w = s->wide;
+    nmm_narrow v = s->narrow;
+    double *value = w.value, *inverse = w.inverse, *f = w.f, *u = w.u, *r = w.r;
+    double *p = w.p, *q = w.q, *z = w.z;
+    float *value4 = v.value, *inverse4 = v.inverse, *f4 = v.f, *u4 = v.u, *r4 = v.r;
+    float *p4 = v.p, *q4 = v.q, *z4 = v.z, *dense = s->dense;
+    double *scale = s->dense_scale, *part = s->part, *chunk = s->chunk;
+    nmm_iteration *state = s->state;
+    const int n = s->n;
+    const bool has_dense = dense != NULL;
+#pragma omp target
+    {
+        s->n = n;
+        s->row_start = row_start;
+        s->col = col;
+        s->wide.value = value;
+        s->wide.inverse = inverse;
+        s->wide.f = f;
+        s->wide.u = u;
+        s->wide.r = r;
+        s->wide.p = p;
+        s->wide.q = q;
+        s->wide.z = z;
+        s->narrow.value = value4;
+        s->narrow.inverse = inverse4;
+        s->narrow.f = f4;
+        s->narrow.u = u4;
+        s->narrow.r = r4;
+        s->narrow.p = p4;
+        s->narrow.q = q4;
+        s->narrow.z = z4;
+        s->dense = has_dense ? dense : NULL;
+        s->dense_scale = scale;
+        s->part = part;
+        s->chunk = chunk;
+        s->state = state;
+    }
+}
+
+#include "../src/solve/jacobi_scalars.inl"
+
+#define REAL double
+#define ARRAYS wide
+#define NAME(x) x##_wide
+#include "../src/solve/jacobi_kernels.inl"
+#undef REAL
+#undef ARRAYS
+#undef NAME
+
+#define REAL float
+#define ARRAYS narrow
+#define NAME(x) x##_narrow
+#include "../src/solve/jacobi_kernels.inl"
+#undef REAL
+#undef ARRAYS
+#undef NAME
+
+#include "../src/solve/jacobi_methods.inl"
+
+#ifdef NMM_TRANSFER_TEST
+int nmm_transfer_count_team(void) {
+    return __COUNTER__;
+}
+#endif
+
+double nmm_target_team(nmm_solver *solver, const double *u, nmm_solve_report *report) {
+    return run_method(solver, u, report);
+}

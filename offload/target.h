@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+//
+// The two ways in which the kernel text runs on a device: one launch for each kernel, all teams; or
+// one team that walks through many kernels in one launch, for systems too small to fill a device.
+
+#ifndef NMM_TARGET_H
+#define NMM_TARGET_H
+
+#include "solver.h"
+
+/// Each transfer has a number, so that a test can leave out one of them (docs/offload.md). The
+/// pointer is copied first: a map of a struct's member would map the member as well; (void),
+/// because gcc does not count a directive as a use.
+#ifdef NMM_TRANSFER_TEST
+#include "transfer_test.h"
+#else
+#define TRANSFER_MADE(number) true
+#define GUARDED
+#endif
+#define TRANSFER(directive, pointer, length)                                                       \
+    do {                                                                                           \
+        __typeof__(*(pointer)) *data = (pointer);                                                  \
+        const long count = (length);                                                               \
+        (void)data;                                                                                \
+        if (TRANSFER_MADE(TRANSFER_BASE + __COUNTER__)) {                                          \
+            directive                                                                              \
+        }                                                                                          \
+    } while (0)
+
+#define SEND(p, n) TRANSFER(_Pragma("omp target update to(data[0 : count])"), p, n)
+#define FETCH(p, n) TRANSFER(_Pragma("omp target update from(data[0 : count])"), p, n)
+#define MAP(p, n) TRANSFER(_Pragma("omp target enter data map(alloc : data[0 : count])"), p, n)
+#define UNMAP(p, n) TRANSFER(_Pragma("omp target exit data map(delete : data[0 : count])"), p, n)
+
+/// One prepared solve, from the first guess u; the true residual norm. The result is in
+/// solver->wide.u.
+nmm_jacobi_run nmm_target_launches, nmm_target_team;
+
+#endif

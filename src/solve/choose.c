@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+//
+// Which blocks? Each kind has a price to prepare, a price per iteration and a rate of convergence.
+// Prices follow from sizes; the rates are learned from solve to solve. A kind never tried is tried
+// when the work spent on the next smaller one equals its preparation, so that no choice costs more
+// than about twice the best one, and that only now and then.
+
+#include "choose.h"
+
+#include <math.h>
+
+// Prices in nanoseconds of one core of about 3 GHz; only their ratios matter.
+#define PER_BLOCK 0.55     // a 2x2 block in a product
+#define PER_ROW 3.5        // vectors of a row
+#define PER_DENSE_ROW 3.0  // its share of a dense block
+#define PER_FACTOR 0.6     // an entry of the coarse factor, twice
+#define PER_PART 40.0      // its three rows, twice
+#define PER_MOVE 2.5       // restriction and prolongation of a row
+#define FIND_CLUSTERS 11.0 // by block
+#define TAKE_BLOCK 1.0     // copy
+#define INVERT_ROW 90.0
+#define DIVIDE_BLOCK 6.0
+#define PROJECT_BLOCK 8.0
+#define FACTORISE 0.45 // by multiplication
+
+// Solves after which rates are measured anew.
+#define MEMORY 100
+
+// Iterations that tell a rate, and those before the next kind is thought of.
+#define FEW 4
+
+typedef struct prices {
+    double prepare[NMM_BLOCKS_BODY + 1], iterate[NMM_BLOCKS_BODY + 1];
+    nmm_solve_blocks largest;
+} prices;
+
+static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
+                          const nmm_solve_options *options) {
+    const double n = K->n_row, n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
+    const bool reuse = kept && options->reuse;
+    prices p = {.largest = NMM_BLOCKS_CLUSTER};
+    p.iterate[NMM_BLOCKS_COVER] = PER_BLOCK * n_block + PER_ROW * n;
+    p.iterate[NMM_BLOCKS_CLUSTER] = p.iterate[NMM_BLOCKS_COVER] + PER_DENSE_ROW * n;
+    p.prepare[NMM_BLOCKS_CLUSTER] = TAKE_BLOCK * n_block;
+    if (!kept || !s->clusters_found) p.prepare[NMM_BLOCKS_CLUSTER] += FIND_CLUSTERS * n_block;
+    if (!reuse || !s->dense_made) p.prepare[NMM_BLOCKS_CLUSTER] += INVERT_ROW * n;
+    if (s->staged || options->place == NULL || options->body == NULL) return p;
+    p.largest = NMM_BLOCKS_BODY;
+    const bool parts = kept && s->parts_found;
+    // Before the parts are known: a factor of about three rows' work each.
+    const double n_factor = parts ? (double)s->coarse.n_factor : 6 * n;
+    const double work = parts ? s->coarse.work : 120 * n;
+    const double n_part = parts ? s->coarse.n_part : 0.1 * n;
+    p.iterate[NMM_BLOCKS_BODY] =
+        p.iterate[NMM_BLOCKS_CLUSTER] + PER_FACTOR * n_factor + PER_PART * n_part + PER_MOVE * n;
+    p.prepare[NMM_BLOCKS_BODY] = p.prepare[NMM_BLOCKS_CLUSTER];
+    if (!parts) p.prepare[NMM_BLOCKS_BODY] += DIVIDE_BLOCK * n_block;
+    if (!reuse || !s->coarse_made) {
+        p.prepare[NMM_BLOCKS_BODY] += PROJECT_BLOCK * n_block + FACTORISE * work;
+    }
+    return p;
+}
+
+// Work that `blocks` need for `gain` orders of magnitude; infinite where the rate is not known.
+static double work_of(const prices *p, const nmm_experience *experience, nmm_solve_blocks blocks,
+                      double gain) {
+    if (!(experience->rate[blocks] > 0)) return INFINITY;
+    return p->prepare[blocks] + gain / experience->rate[blocks] * p->iterate[blocks];
+}
+
+static nmm_solve_blocks cheapest(const prices *p, const nmm_experience *experience, double gain) {
+    nmm_solve_blocks best = NMM_BLOCKS_COVER;
+    // What was never measured from below up is measured first.
+    for (int k = NMM_BLOCKS_COVER; k <= (int)p->largest; k++) {
+        if (!(experience->rate[k] > 0)) break;
+        if (work_of(p, experience, (nmm_solve_blocks)k, gain) <
+            work_of(p, experience, best, gain)) {
+            best = (nmm_solve_blocks)k;
+        }
+    }
+    return best;
+}
+
+// Iterations after which larger blocks should have been taken.
+static int budget_of(const prices *p, const nmm_experience *experience, nmm_solve_blocks blocks,
+                     double gain, int most) {
+    if (blocks >= p->largest) return most;
+    const nmm_solve_blocks next = (nmm_solve_blocks)(blocks + 1);
+    const double here = work_of(p, experience, blocks, gain);
+    const double there = work_of(p, experience, next, gain);
+    // Both known, and not better there: stay, unless it takes twice as long as thought.
+    const double work = there < INFINITY ? 2 * nmm_max(here < INFINITY ? here : 0, there)
+                                         : p->prepare[next] - p->prepare[blocks];
+    const double budget = FEW + work / p->iterate[blocks];
+    return budget < most ? (int)budget : most;
+}
+
+// Orders of magnitude to go; the right-hand side counts, not the first guess.
+static double gain_wanted(const nmm_bsr *K, const double *f, const nmm_solve_options *options) {
+    double square = 0;
+    for (int i = 0; i < 2 * K->n_row; i++)
+        square += f[i] * f[i];
+    const double norm = sqrt(square);
+    const double limit = nmm_max(options->tolerance * norm, options->absolute);
+    return limit > 0 && limit < norm && norm < INFINITY ? log10(norm / limit) : 1;
+}
+
+// The kinds given up on the way to `blocks`, which took `work`: not to be chosen again before the
+// memory fades, because their first iterations gain more than later ones.
+static void discourage(nmm_experience *experience, const prices *p, nmm_solve_blocks first,
+                       nmm_solve_blocks blocks, double gain, double work) {
+    for (int k = first; k < (int)blocks; k++) {
+        const double rest = nmm_max(1.2 * work - p->prepare[k], p->iterate[k]);
+        const double rate = gain * p->iterate[k] / rest;
+        experience->rate[k] = nmm_min(experience->rate[k] > 0 ? experience->rate[k] : rate, rate);
+    }
+}
+
+static void learn(nmm_experience *experience, nmm_solve_blocks blocks, int iterations,
+                  double before, double after) {
+    if (iterations < FEW || !(after > 0 && after < before)) return;
+    experience->rate[blocks] = log10(before / after) / iterations;
+}
+
+nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, nmm_solve_run *run,
+                             const nmm_bsr *K, const double *f, double *u, bool keep_pattern,
+                             const nmm_solve_options *options, nmm_solve_report *report) {
+    TRY(nmm_solver_check(context, solver, K, options));
+    nmm_experience *experience = &solver->experience;
+    if (++experience->solves % MEMORY == 0) *experience = (nmm_experience){0};
+    const bool kept = keep_pattern && solver->n_row == K->n_row;
+    const prices price = find_prices(solver, K, kept, options);
+    const int most = options->max_iterations > 0 ? options->max_iterations : 20000;
+    const double wanted = gain_wanted(K, f, options);
+    double gain = wanted;
+    nmm_solve_options now = *options;
+    now.method = NMM_SOLVE_PCG;
+    now.blocks = cheapest(&price, experience, gain);
+    const nmm_solve_blocks first = now.blocks;
+    int iterations = 0, setups = 0;
+    for (;;) {
+        now.max_iterations = budget_of(&price, experience, now.blocks, gain, most - iterations);
+        TRY(run(context, solver, K, f, u, keep_pattern || iterations > 0, &now, report));
+        iterations += report->iterations;
+        setups += report->setups;
+        const double before = solver->guess_norm, last = report->residual * solver->norm;
+        learn(experience, now.blocks, report->iterations, before, last);
+        const bool more = report->end == NMM_SOLVE_TOO_SLOW && iterations < most;
+        if (!more || (now.blocks == price.largest && now.max_iterations >= most - iterations)) {
+            break;
+        }
+        gain = last > solver->limit && solver->limit > 0 ? log10(last / solver->limit) : gain;
+        if (now.blocks < price.largest) now.blocks = (nmm_solve_blocks)(now.blocks + 1);
+    }
+    const double work = work_of(&price, experience, now.blocks, wanted);
+    if (report->end == NMM_SOLVE_CONVERGED && work < INFINITY) {
+        discourage(experience, &price, first, now.blocks, wanted, work);
+    }
+    report->iterations = iterations;
+    report->setups = setups;
+    static const char *const why[] = {"", "2x2 blocks promise the least work",
+                                      "clusters promise the least work",
+                                      "rigid motions of bodies promise the least work"};
+    report->why = why[now.blocks];
+    return NMM_OK;
+}

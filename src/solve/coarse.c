@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: MIT
+//
+// The coarse system: parts by a grid over each body, unknowns in reverse Cuthill-McKee order, a
+// Cholesky factor stored by rows from the first nonzero on. Serial where the order of additions
+// matters, so one result for any number of threads.
+
+#include "coarse.h"
+
+#include <math.h>
+#include <string.h>
+
+// Rows of a part: about this times the square root of all rows, which makes the factor cost as much
+// as some ten iterations; at least LEAST_ROWS.
+#define PART_SHARE 0.2
+#define LEAST_ROWS 10
+
+// A pivot below this part of its diagonal: the motion moves nothing that others do not.
+#define SINGULAR 1e-10
+
+// --- Memory
+
+static void release_rows(nmm_context *context, nmm_coarse *c) {
+    int **const integer[] = {&c->part, &c->start, &c->row, &c->first, &c->rank, &c->queue};
+    for (size_t k = 0; k < sizeof integer / sizeof *integer; k++)
+        nmm_release(context, integer[k]);
+    double **const number[] = {&c->arm, &c->inverse, &c->load, &c->move};
+    for (size_t k = 0; k < sizeof number / sizeof *number; k++)
+        nmm_release(context, number[k]);
+    nmm_release(context, &c->offset);
+    c->capacity = 0;
+}
+
+void nmm_coarse_destroy(nmm_context *context, nmm_coarse *coarse) {
+    release_rows(context, coarse);
+    nmm_release(context, &coarse->factor);
+    *coarse = (nmm_coarse){0};
+}
+
+static nmm_status reserve_rows(nmm_context *context, nmm_coarse *c, int n) {
+    if (n <= c->capacity) return NMM_OK;
+    release_rows(context, c);
+    const size_t rows = (size_t)n + 1;
+    TRY(nmm_allocate(context, &c->part, rows, sizeof(int)));
+    TRY(nmm_allocate(context, &c->start, rows, sizeof(int)));
+    TRY(nmm_allocate(context, &c->row, rows, sizeof(int)));
+    TRY(nmm_allocate(context, &c->rank, rows, sizeof(int)));
+    TRY(nmm_allocate(context, &c->queue, rows, sizeof(int)));
+    TRY(nmm_allocate(context, &c->first, rows, 3 * sizeof(int)));
+    TRY(nmm_allocate(context, &c->offset, rows, 3 * sizeof(long)));
+    TRY(nmm_allocate(context, &c->arm, rows, 2 * sizeof(double)));
+    TRY(nmm_allocate(context, &c->inverse, rows, 3 * sizeof(double)));
+    TRY(nmm_allocate(context, &c->load, rows, 3 * sizeof(double)));
+    TRY(nmm_allocate(context, &c->move, rows, 3 * sizeof(double)));
+    c->capacity = n;
+    return NMM_OK;
+}
+
+// --- Parts
+
+typedef struct body_box {
+    double low[2], high[2];
+    int n_row, across, up, base; // cells of a grid over the body; number of its first cell
+} body_box;
+
+static void measure_bodies(const nmm_coarse_source *s, body_box *box) {
+    for (int i = 0; i < s->n; i++) {
+        const int row = s->order != NULL ? s->order[i] : i;
+        if (row < 0) continue;
+        body_box *b = &box[s->body[row]];
+        for (int x = 0; x < 2; x++) {
+            const double at = s->place[2 * (long)row + x];
+            b->low[x] = b->n_row == 0 ? at : nmm_min(b->low[x], at);
+            b->high[x] = b->n_row == 0 ? at : nmm_max(b->high[x], at);
+        }
+        b->n_row += 1;
+    }
+}
+
+// Cells for the parts of each body, about square; their number.
+static int divide_bodies(body_box *box, int n_body, double rows_of_part) {
+    int n_cell = 0;
+    for (int k = 0; k < n_body; k++) {
+        body_box *b = &box[k];
+        const double width = b->high[0] - b->low[0], height = b->high[1] - b->low[1];
+        const double wanted = nmm_max(1, (double)b->n_row / rows_of_part);
+        const double across = height > 0 ? sqrt(wanted * width / height) : wanted;
+        b->across = (int)nmm_max(1, nmm_min(wanted, across) + 0.5);
+        b->up = (int)nmm_max(1, wanted / b->across + 0.5);
+        b->base = n_cell;
+        n_cell += b->n_row > 0 ? b->across * b->up : 0;
+    }
+    return n_cell;
+}
+
+static int cell_of(const body_box *b, const double *place) {
+    const double width = b->high[0] - b->low[0], height = b->high[1] - b->low[1];
+    const double x = width > 0 ? (place[0] - b->low[0]) / width : 0;
+    const double y = height > 0 ? (place[1] - b->low[1]) / height : 0;
+    const int across = nmm_min_int((int)(x * b->across), b->across - 1);
+    const int up = nmm_min_int((int)(y * b->up), b->up - 1);
+    return b->base + up * b->across + across;
+}
+
+// c->part of each row, parts numbered as they are met.
+static nmm_status find_parts(nmm_context *context, nmm_coarse *c, const nmm_coarse_source *s,
+                             body_box *box, int n_body, double rows_of_part) {
+    const int n_cell = divide_bodies(box, n_body, rows_of_part);
+    int *number = NULL;
+    TRY(nmm_allocate(context, &number, (size_t)n_cell + 1, sizeof(int)));
+    for (int k = 0; k < n_cell; k++)
+        number[k] = -1;
+    c->n_part = 0;
+    for (int i = 0; i < s->n; i++) {
+        const int row = s->order != NULL ? s->order[i] : i;
+        c->part[i] = -1;
+        if (row < 0) continue;
+        const int cell = cell_of(&box[s->body[row]], s->place + 2 * (long)row);
+        if (number[cell] < 0) number[cell] = c->n_part++;
+        c->part[i] = number[cell];
+    }
+    nmm_release(context, &number);
+    return NMM_OK;
+}
+
+static void list_rows(nmm_coarse *c, int n) {
+    memset(c->start, 0, ((size_t)c->n_part + 1) * sizeof(int));
+    for (int i = 0; i < n; i++)
+        if (c->part[i] >= 0) c->start[c->part[i] + 1] += 1;
+    for (int p = 0; p < c->n_part; p++)
+        c->start[p + 1] += c->start[p];
+    int *filled = c->queue;
+    memcpy(filled, c->start, (size_t)c->n_part * sizeof(int));
+    for (int i = 0; i < n; i++)
+        if (c->part[i] >= 0) c->row[filled[c->part[i]]++] = i;
+}
+
+// Arms from the mean place of each part, over the root mean square of their lengths.
+static void measure_arms(nmm_coarse *c, const nmm_coarse_source *s) {
+    double square = 0;
+    int count = 0;
+    for (int p = 0; p < c->n_part; p++) {
+        double centre[2] = {0, 0};
+        const int begin = c->start[p], end = c->start[p + 1];
+        for (int pass = 0; pass < 2; pass++) {
+            for (int k = begin; k < end; k++) {
+                const int row = s->order != NULL ? s->order[c->row[k]] : c->row[k];
+                for (int x = 0; x < 2; x++) {
+                    double *arm = &c->arm[2 * (long)c->row[k] + x];
+                    if (pass == 0) centre[x] += s->place[2 * (long)row + x] / (end - begin);
+                    if (pass == 1) *arm = s->place[2 * (long)row + x] - centre[x];
+                    if (pass == 1) square += *arm * *arm;
+                }
+            }
+        }
+        count += end - begin;
+    }
+    c->length = square > 0 ? sqrt(square / count) : 1;
+    for (int k = 0; k < c->start[c->n_part]; k++) {
+        c->arm[2 * (long)c->row[k]] /= c->length;
+        c->arm[2 * (long)c->row[k] + 1] /= c->length;
+    }
+}
+
+// --- Order of the parts
+
+// Parts in order of distance from `from`, into queue[begin ..]; the end. Met parts get `mark`.
+static int visit(const nmm_coarse *c, const nmm_coarse_source *s, int from, int begin, int mark,
+                 int *met) {
+    int end = begin;
+    c->queue[end++] = from;
+    met[from] = mark;
+    for (int at = begin; at < end; at++) {
+        const int p = c->queue[at];
+        for (int k = c->start[p]; k < c->start[p + 1]; k++) {
+            const int i = c->row[k];
+            for (int e = s->row_start[i]; e < s->row_start[i + 1]; e++) {
+                const int q = c->part[s->col[e]];
+                if (met[q] >= mark) continue;
+                met[q] = mark;
+                c->queue[end++] = q;
+            }
+        }
+    }
+    return end;
+}
+
+// Reverse Cuthill-McKee, each connected set from a part at its edge: the last one met from anywhere
+// is far away. c->rank becomes the new number of a part.
+static void rank_parts(nmm_coarse *c, const nmm_coarse_source *s) {
+    int *met = c->first; // not in use yet
+    for (int p = 0; p < c->n_part; p++)
+        met[p] = 0;
+    int done = 0;
+    for (int p = 0; p < c->n_part; p++) {
+        if (met[p] == 3) continue;
+        int end = visit(c, s, p, done, 1, met);
+        end = visit(c, s, c->queue[end - 1], done, 2, met);
+        done = visit(c, s, c->queue[end - 1], done, 3, met);
+    }
+    for (int k = 0; k < c->n_part; k++)
+        c->rank[c->queue[k]] = c->n_part - 1 - k;
+}
+
+// --- Pattern of the factor
+
+static void outline_factor(nmm_coarse *c, const nmm_coarse_source *s) {
+    c->n_factor = 0;
+    c->work = 0;
+    for (int p = 0; p < c->n_part; p++) {
+        int least = p;
+        for (int k = c->start[p]; k < c->start[p + 1]; k++) {
+            const int i = c->row[k];
+            for (int e = s->row_start[i]; e < s->row_start[i + 1]; e++)
+                least = nmm_min_int(least, c->part[s->col[e]]);
+        }
+        for (int r = 3 * p; r < 3 * p + 3; r++) {
+            const double length = r - 3 * least;
+            c->first[r] = 3 * least;
+            c->offset[r] = c->n_factor - 3 * least;
+            c->n_factor += r - 3 * least;
+            c->work += 0.5 * length * length;
+        }
+    }
+}
+
+static nmm_status divide(nmm_context *context, nmm_coarse *c, const nmm_coarse_source *s,
+                         body_box *box, int n_body) {
+    int n_row = 0;
+    for (int k = 0; k < n_body; k++)
+        n_row += box[k].n_row;
+    const double rows = nmm_max(LEAST_ROWS, PART_SHARE * sqrt((double)n_row));
+    TRY(find_parts(context, c, s, box, n_body, rows));
+    list_rows(c, s->n);
+    rank_parts(c, s);
+    for (int i = 0; i < s->n; i++)
+        if (c->part[i] >= 0) c->part[i] = c->rank[c->part[i]];
+    list_rows(c, s->n);
+    measure_arms(c, s);
+    outline_factor(c, s);
+    if (c->n_factor <= c->factor_capacity) return NMM_OK;
+    nmm_release(context, &c->factor);
+    c->factor_capacity = 0;
+    TRY(nmm_allocate(context, &c->factor, (size_t)c->n_factor, sizeof(double)));
+    c->factor_capacity = c->n_factor;
+    return NMM_OK;
+}
+
+nmm_status nmm_coarse_divide(nmm_context *context, nmm_coarse *coarse,
+                             const nmm_coarse_source *source) {
+    TRY(reserve_rows(context, coarse, source->n));
+    int n_body = 0;
+    for (int i = 0; i < source->n; i++) {
+        const int row = source->order != NULL ? source->order[i] : i;
+        if (row >= 0) n_body = nmm_max_int(n_body, source->body[row] + 1);
+    }
+    body_box *box = NULL;
+    TRY(nmm_allocate(context, &box, (size_t)n_body + 1, sizeof *box));
+    measure_bodies(source, box);
+    const nmm_status status = divide(context, coarse, source, box, n_body);
+    nmm_release(context, &box);
+    return status;
+}
+
+// --- Values
+
+// Part J's motion of row j, projected on part I's motion of row i, eq. (6.11).
+static void project_block(const double *v, const double *arm_i, const double *arm_j,
+                          double a[3][3]) {
+    for (int x = 0; x < 2; x++) {
+        a[x][0] = v[2 * x];
+        a[x][1] = v[2 * x + 1];
+        a[x][2] = v[2 * x + 1] * arm_j[0] - v[2 * x] * arm_j[1];
+    }
+    for (int k = 0; k < 3; k++)
+        a[2][k] = a[1][k] * arm_i[0] - a[0][k] * arm_i[1];
+}
+
+// Rows of the projected matrix for one part; the diagonal into c->inverse.
+static void project_part(nmm_coarse *c, const nmm_coarse_source *s, int p) {
+    for (int r = 3 * p; r < 3 * p + 3; r++) {
+        memset(c->factor + c->offset[r] + c->first[r], 0,
+               (size_t)(r - c->first[r]) * sizeof(double));
+        c->inverse[r] = 0;
+    }
+    for (int k = c->start[p]; k < c->start[p + 1]; k++) {
+        const int i = c->row[k];
+        for (int e = s->row_start[i]; e < s->row_start[i + 1]; e++) {
+            const int j = s->col[e], q = c->part[j];
+            if (q > p) continue;
+            double a[3][3];
+            project_block(s->value + 4 * (long)e, c->arm + 2 * (long)i, c->arm + 2 * (long)j, a);
+            for (int x = 0; x < 3; x++) {
+                double *row = c->factor + c->offset[3 * p + x] + 3 * q;
+                const int n = q < p ? 3 : x;
+                for (int y = 0; y < n; y++)
+                    row[y] += a[x][y];
+                if (q == p) c->inverse[3 * p + x] += a[x][x];
+            }
+        }
+    }
+}
+
+// Eight sums side by side, then one: an order that vector units keep to.
+static double dot(const double *a, const double *b, int n) {
+    double sum[8] = {0};
+    int k = 0;
+    for (; k + 8 <= n; k += 8)
+        for (int i = 0; i < 8; i++)
+            sum[i] += a[k + i] * b[k + i];
+    for (int i = 0; k < n; k++, i++)
+        sum[i] += a[k] * b[k];
+    for (int i = 0; i < 4; i++)
+        sum[i] += sum[i + 4];
+    return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+}
+
+static void factorise(nmm_coarse *c) {
+    for (int i = 0; i < 3 * c->n_part; i++) {
+        double *row = c->factor + c->offset[i];
+        const int first = c->first[i];
+        for (int j = first; j < i; j++) {
+            const int from = nmm_max_int(first, c->first[j]);
+            const double *other = c->factor + c->offset[j];
+            row[j] = (row[j] - dot(row + from, other + from, j - from)) * c->inverse[j];
+        }
+        const double diagonal = c->inverse[i];
+        const double pivot = diagonal - dot(row + first, row + first, i - first);
+        c->inverse[i] = pivot > SINGULAR * diagonal ? 1 / sqrt(pivot) : 0;
+    }
+}
+
+void nmm_coarse_make(nmm_coarse *coarse, const nmm_coarse_source *source) {
+    const int n_part = coarse->n_part, n_thread = source->n_thread;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1)
+    for (int p = 0; p < n_part; p++)
+        project_part(coarse, source, p);
+    factorise(coarse);
+}

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+//
+// The Jacobi family on the host, one variant: the includer defines VARIANT, the name of the
+// function, and THREADS where loops are to be shared. With threads a batch is one parallel region,
+// so that threads start once for several iterations; inside it loops are shared by `omp for`, whose
+// barrier separates kernels. Nothing is sent or fetched. Not `omp target` without a device: each
+// such region builds and destroys its threads anew.
+
+#include "solver.h"
+#include "sweeps.h"
+
+#include <math.h>
+#include <string.h>
+
+#ifdef THREADS
+#define PARALLEL_FOR _Pragma("omp for schedule(static)")
+#define SINGLE _Pragma("omp single")
+#define BATCH _Pragma("omp parallel num_threads(s->n_thread)")
+#else
+#define PARALLEL_FOR
+#define SINGLE
+#define BATCH
+#endif
+#define SEND(p, n) ((void)(n))
+#define FETCH(p, n) ((void)(n))
+#define ON_DEVICE 0
+#define HAS_COARSE
+
+// Vectors of GNU C: without AVX the compiler makes two halves of them.
+#define LANES
+typedef double wide_lanes __attribute__((vector_size(32)));
+typedef double pair_wide __attribute__((vector_size(16)));
+typedef float pair_narrow __attribute__((vector_size(8)));
+typedef float lanes_narrow __attribute__((vector_size(16)));
+typedef float dense_lanes __attribute__((vector_size(32)));
+typedef wide_lanes lanes_wide;
+
+#include "coarse_solve.inl"
+#include "jacobi_scalars.inl"
+
+#define REAL double
+#define ARRAYS wide
+#define NAME(x) x##_wide
+#include "jacobi_kernels.inl"
+#undef REAL
+#undef ARRAYS
+#undef NAME
+
+#define REAL float
+#define ARRAYS narrow
+#define NAME(x) x##_narrow
+#include "jacobi_kernels.inl"
+#undef REAL
+#undef ARRAYS
+#undef NAME
+
+#include "jacobi_methods.inl"
+
+double VARIANT(nmm_solver *solver, const double *u, nmm_solve_report *report) {
+    return run_method(solver, u, report);
+}

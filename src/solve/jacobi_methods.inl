@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: MIT
+//
+// The methods of the Jacobi family, built from the kernels of both precisions; the same words as in
+// jacobi_kernels.inl, which is included twice before this. Control stays on the host.
+
+// Largest gain asked of one round in float32.
+#define NARROW_GAIN 1e-5
+
+// --- Residuals
+
+// |f - K u| as it truly is.
+static double true_norm(const nmm_solver *s) {
+    BATCH {
+        measure_wide(s);
+    }
+    FETCH(s->state, 1);
+    return sqrt(s->state->sum[1]);
+}
+
+// Take the first guess, or zero where that is better; its residual norm.
+static double first_norm(nmm_solver *s, const double *u) {
+    s->state->limit = s->limit * s->limit;
+    s->state->iterations = 0;
+    SEND(s->state, 1);
+    nmm_solver_load_guess(s, u);
+    SEND(s->wide.u, 2 * (long)s->n);
+    double norm = true_norm(s);
+    if (!(norm <= NMM_GUESS_MARGIN * s->norm)) {
+        s->guess_dropped = true;
+        memset(s->wide.u, 0, 2 * (size_t)s->n * sizeof(double));
+        SEND(s->wide.u, 2 * (long)s->n);
+        norm = true_norm(s);
+    }
+    s->guess_norm = norm;
+    return norm;
+}
+
+// The caller's row that takes most from p.q, when that is not positive.
+static int row_of_curvature(const nmm_solver *s) {
+    const double *p = s->wide.p, *q = s->wide.q;
+    FETCH(s->wide.p, 2 * (long)s->n);
+    FETCH(s->wide.q, 2 * (long)s->n);
+    int worst = -1;
+    double least = 0;
+    for (int row = 0; row < s->n; row++) {
+        const long i = 2 * (long)row;
+        const double term = p[i] * q[i] + p[i + 1] * q[i + 1];
+        if (nmm_solver_row(s, row) < 0 || (worst >= 0 && !(term < least))) continue;
+        least = term;
+        worst = nmm_solver_row(s, row);
+    }
+    return worst;
+}
+
+// --- Kernels that one precision has
+
+// Start of the Lanczos process: r = D^1/2 times fixed pseudo-random numbers, z = D^-1 r; terms of
+// r.z and r.r. The numbers depend on the row alone (the finaliser of MurmurHash3).
+static void scatter(const nmm_solver *s) {
+    const int n = s->n, n_group = nmm_groups_of(n);
+    const double *inverse = s->wide.inverse;
+    double *r = s->wide.r, *z = s->wide.z;
+    const float *dense = s->dense;
+    const double *scale = s->dense_scale;
+    double *part = s->part;
+    PARALLEL_FOR
+    for (int group = 0; group < n_group; group++) {
+        const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
+        for (long i = 2 * (long)first; i < 2 * (long)end; i++) {
+            uint32_t h = (uint32_t)i + 1;
+            h = (h ^ (h >> 16)) * 0x85ebca6bu;
+            h = (h ^ (h >> 13)) * 0xc2b2ae35u;
+            h = h ^ (h >> 16);
+            const double d = inverse[4 * (i / 2) + 3 * (i % 2)];
+            r[i] = d > 0 ? ((double)h / 2147483648.0 - 1) / sqrt(d) : 0;
+        }
+        const double *rg = r + 2 * (long)first;
+        double *zg = z + 2 * (long)first;
+        apply_group_wide(inverse, dense, scale, group, end - first, rg, zg);
+        part[2 * (long)group] = dot_group_wide(rg, zg, 2 * (end - first));
+        part[2 * (long)group + 1] = dot_group_wide(rg, rg, 2 * (end - first));
+    }
+}
+
+// --- Float32 corrections
+
+// f of the correction = residual / norm; its u = 0.
+static void begin_correction(const nmm_solver *s, double norm) {
+    const int n = 2 * s->n;
+    const double *r = s->wide.r;
+    float *f = s->narrow.f, *u = s->narrow.u;
+    PARALLEL_FOR
+    for (int i = 0; i < n; i++) {
+        f[i] = (float)(r[i] / norm);
+        u[i] = 0;
+    }
+}
+
+// u += factor * correction.
+static void add_correction(const nmm_solver *s, double factor) {
+    const int n = 2 * s->n;
+    const float *correction = s->narrow.u;
+    double *u = s->wide.u;
+    PARALLEL_FOR
+    for (int i = 0; i < n; i++)
+        u[i] += factor * (double)correction[i];
+}
+
+// One round in float32, by sweeps or, where there is no plan, conjugate gradients.
+static void run_narrow(nmm_solver *s, sweeps *plan, double norm, nmm_solve_report *report) {
+    const double goal = nmm_max(NARROW_GAIN, 0.5 * s->limit / norm);
+    s->state->limit = goal * goal;
+    SEND(s->state, 1);
+    BATCH {
+        begin_correction(s, norm);
+        measure_narrow(s);
+    }
+    FETCH(s->state, 1);
+    if (plan != NULL) {
+        run_sweeps_narrow(s, plan, 1, goal, report);
+        return;
+    }
+    run_recursion_narrow(s, s->options.max_iterations);
+    report->iterations = s->state->iterations;
+}
+
+// Residual correction: rounds in float32, each judged in float64, until the residual is small or a
+// round gains too little; then float64 goes on from there.
+static double run_mixed(nmm_solver *s, sweeps *plan, double norm, nmm_solve_report *report) {
+    while (!(norm <= s->limit) && report->iterations < s->options.max_iterations) {
+        const double before = norm;
+        run_narrow(s, plan, norm, report);
+        BATCH {
+            add_correction(s, before);
+        }
+        norm = true_norm(s);
+        if (report->end == NMM_SOLVE_CONVERGED && norm < 0.3 * before) continue;
+        if (!(norm < before)) {
+            // A correction that is not finite cannot be taken back.
+            memset(s->wide.u, 0, 2 * (size_t)s->n * sizeof(double));
+            SEND(s->wide.u, 2 * (long)s->n);
+            norm = true_norm(s);
+        }
+        report->end = NMM_SOLVE_CONVERGED;
+        report->by_average_change = false;
+        report->precision = NMM_PRECISION_DOUBLE;
+        report->why = "float32 gained nothing more, float64 went on";
+        break;
+    }
+    s->state->limit = s->limit * s->limit;
+    s->state->stop = norm <= s->limit ? NMM_STOP_SMALL : NMM_STOP_NONE;
+    SEND(s->state, 1);
+    return norm;
+}
+
+// --- Methods
+
+// Conjugate gradients. What the recursion calls small is measured; if it is not, the recursion
+// starts anew from there, as long as each start at least halves the residual.
+static double run_pcg(nmm_solver *s, const double *u, nmm_solve_report *report) {
+    const int most = s->options.max_iterations;
+    double norm = first_norm(s, u), before = 2 * norm + 1;
+    if (report->precision == NMM_PRECISION_MIXED) {
+        norm = run_mixed(s, NULL, norm, report);
+        if (norm > s->limit) norm = true_norm(s);
+        before = 2 * norm + 1;
+    }
+    while (!(norm <= s->limit) && report->end == NMM_SOLVE_CONVERGED) {
+        if (s->state->iterations >= most) {
+            report->end = NMM_SOLVE_TOO_SLOW;
+        } else if (!(norm < 0.5 * before)) {
+            report->end = NMM_SOLVE_STAGNATED;
+        } else {
+            before = norm;
+            run_recursion_wide(s, most);
+            const int stop = s->state->stop;
+            const int row = stop == NMM_STOP_CURVATURE ? row_of_curvature(s) : -1;
+            norm = true_norm(s);
+            if (norm <= s->limit) break;
+            report->row = row;
+            if (stop == NMM_STOP_CURVATURE) report->end = NMM_SOLVE_INDEFINITE;
+            if (stop == NMM_STOP_BROKEN) report->end = NMM_SOLVE_DIVERGED;
+        }
+    }
+    report->iterations = s->state->iterations;
+    return norm;
+}
+
+// Bounds of the spectrum of D^-1 K by Lanczos steps, which are those of conjugate gradients,
+// eq. (6.9). Uses u.
+static void estimate_bounds(nmm_solver *s, double bounds[2], nmm_solve_report *report) {
+    memset(s->wide.u, 0, 2 * (size_t)s->n * sizeof(double));
+    SEND(s->wide.u, 2 * (long)s->n);
+    s->state->limit = 0;
+    SEND(s->state, 1);
+    BATCH {
+        scatter(s);
+        sum_chunks(s);
+        begin_recursion(s);
+    }
+    FETCH(s->state, 1);
+    // Where the residual has fallen this far the process has seen the whole spectrum.
+    s->state->limit = 1e-24 * s->state->sum[1];
+    s->state->iterations = 0;
+    SEND(s->state, 1);
+    run_recursion_wide(s, NMM_LANCZOS);
+    if (s->state->stop == NMM_STOP_CURVATURE) {
+        report->end = NMM_SOLVE_INDEFINITE;
+        report->row = row_of_curvature(s);
+    }
+    nmm_lanczos_bounds(s->state->iterations, s->state->history, bounds);
+}
+
+// What the sweeps are to do: the damping asked for, or bounds from before or from an estimate.
+static void plan_sweeps(nmm_solver *s, sweeps *plan, nmm_solve_report *report) {
+    *plan = (sweeps){.chebyshev = s->options.method == NMM_SOLVE_CHEBYSHEV,
+                     .damping = s->options.jacobi_damping};
+    if (!plan->chebyshev && plan->damping > 0) return;
+    if (s->options.reuse && s->lambda[1] > 0 && s->lambda_blocks == s->blocks) {
+        plan->bounds[0] = s->lambda[0];
+        plan->bounds[1] = s->lambda[1];
+    } else {
+        estimate_bounds(s, plan->bounds, report);
+        // The process sees them from inside.
+        plan->bounds[0] = nmm_min(0.9 * plan->bounds[0], 0.5 * plan->bounds[1]);
+        plan->bounds[1] = 1.05 * nmm_max(plan->bounds[1], 1);
+    }
+    if (!plan->chebyshev) plan->damping = 1.9 * 1.05 / plan->bounds[1];
+}
+
+// Jacobi and Chebyshev, with bounds of the spectrum that may be those of an earlier system.
+static double try_sweeps(nmm_solver *s, const double *u, nmm_solve_report *report) {
+    sweeps plan;
+    plan_sweeps(s, &plan, report);
+    double norm = first_norm(s, u);
+    if (report->precision == NMM_PRECISION_MIXED && report->end == NMM_SOLVE_CONVERGED) {
+        norm = run_mixed(s, &plan, norm, report);
+        if (norm > s->limit) norm = true_norm(s);
+    }
+    if (report->end == NMM_SOLVE_CONVERGED) {
+        norm = run_sweeps_wide(s, &plan, norm, s->limit, report);
+    }
+    // By the paper's test the newest iterate is the result, and what is measured is another.
+    if (report->by_average_change) norm = true_norm(s);
+    s->lambda[0] = plan.bounds[0];
+    s->lambda[1] = plan.bounds[1];
+    s->lambda_blocks = s->blocks;
+    report->lambda_min = plan.chebyshev ? plan.bounds[0] : 0;
+    report->lambda_max = plan.bounds[1] / 1.05;
+    return norm;
+}
+
+static double run_jacobi(nmm_solver *s, const double *u, nmm_solve_report *report) {
+    const bool reused = s->options.reuse && s->lambda[1] > 0;
+    const double norm = try_sweeps(s, u, report);
+    if (!reused || report->end != NMM_SOLVE_DIVERGED) return norm;
+    // The bounds did not hold for this system.
+    s->lambda[1] = 0;
+    report->end = NMM_SOLVE_CONVERGED;
+    report->iterations = 0;
+    return try_sweeps(s, u, report);
+}
+
+// A prepared system: send it, iterate, fetch the result into s->wide.u; its true residual norm.
+static double run_method(nmm_solver *s, const double *u, nmm_solve_report *report) {
+    const long n = s->n, n_block = s->n_block;
+    if (!s->pattern_kept) {
+        SEND(s->row_start, n + 1);
+        SEND(s->col, n_block);
+    }
+    SEND(s->wide.value, 4 * n_block);
+    SEND(s->wide.inverse, 4 * n);
+    SEND(s->wide.f, 2 * n);
+    if (s->dense != NULL && (s->dense_new || !s->pattern_kept)) {
+        const long n_group = nmm_groups_of(s->n);
+        SEND(s->dense, n_group * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS);
+        SEND(s->dense_scale, n_group);
+    }
+    if (report->precision == NMM_PRECISION_MIXED) {
+        SEND(s->narrow.value, 4 * n_block);
+        SEND(s->narrow.inverse, 4 * n);
+    }
+    const bool pcg = s->options.method == NMM_SOLVE_PCG;
+    const double norm = pcg ? run_pcg(s, u, report) : run_jacobi(s, u, report);
+    FETCH(s->wide.u, 2 * n);
+    report->on_device = s->state->on_device != 0;
+    return norm;
+}

@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: MIT
+//
+// The Jacobi family on one thread of any x86-64.
+
+#define VARIANT nmm_jacobi_serial
+#include "jacobi_host.inl"

@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+//
+// The Jacobi family on several threads of any x86-64.
+
+#define THREADS
+#define VARIANT nmm_jacobi_threads
+#include "jacobi_host.inl"
