@@ -68,9 +68,34 @@ static void minimal_scene_has_defaults(void **unused) {
     assert_int_equal(s->contact_method, NMM_CONTACT_PENALTY);
     assert_int_equal(s->mass, NMM_MASS_CONSISTENT);
     assert_int_equal(s->method, NMM_METHOD_AUTO);
+    assert_int_equal(s->blocks, NMM_SCENE_BLOCKS_AUTO);
+    assert_int_equal(s->precision, NMM_SCENE_DOUBLE);
     assert_int_equal(s->device, NMM_DEVICE_CHOOSE);
     assert_true(s->out_displacement && s->out_velocity && s->out_stress && s->out_contact);
     assert_null(scene.report);
+}
+
+static void words_of_the_solver_arrive(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *text;
+        int method, blocks, precision;
+    } word[] = {
+        {"{method: chebyshev, blocks: cluster, precision: mixed}", NMM_METHOD_CHEBYSHEV,
+         NMM_SCENE_BLOCKS_CLUSTER, NMM_SCENE_MIXED},
+        {"{method: direct, blocks: cover}", NMM_METHOD_DIRECT, NMM_SCENE_BLOCKS_COVER,
+         NMM_SCENE_DOUBLE},
+        {"{method: pcg, blocks: body, precision: double}", NMM_METHOD_PCG, NMM_SCENE_BLOCKS_BODY,
+         NMM_SCENE_DOUBLE},
+    };
+    for (size_t k = 0; k < sizeof word / sizeof *word; k++) {
+        char text[512];
+        snprintf(text, sizeof text, "%ssolver: %s\n", HEAD, word[k].text);
+        parse_good(text);
+        assert_int_equal(scene.settings.method, word[k].method);
+        assert_int_equal(scene.settings.blocks, word[k].blocks);
+        assert_int_equal(scene.settings.precision, word[k].precision);
+    }
 }
 
 static void defaults_are_noted_once(void **unused) {
@@ -363,6 +388,7 @@ static void locale_plays_no_part(void **unused) {
 int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(minimal_scene_has_defaults),
+        cmocka_unit_test(words_of_the_solver_arrive),
         cmocka_unit_test(defaults_are_noted_once),
         cmocka_unit_test(only_interface_is_the_default),
         cmocka_unit_test(polygons_turn_counter_clockwise),
