@@ -164,6 +164,8 @@ NMM_API void nmm_sim_destroy(nmm_sim *sim);
 NMM_API const nmm_error *nmm_sim_error(const nmm_sim *sim);
 /// All mistakes of the scene as text to print, or NULL.
 NMM_API const char *nmm_sim_mistakes(const nmm_sim *sim);
+/// What is allowed but hardly meant, a line for each: file:line:column: warning: ...; may be empty.
+NMM_API const char *nmm_sim_warnings(const nmm_sim *sim);
 /// Each default chosen and why, each feature on or off and why: lines of text.
 NMM_API const char *nmm_sim_choices(const nmm_sim *sim);
 NMM_API nmm_status nmm_sim_check(nmm_sim *sim, nmm_check *check);

@@ -23,16 +23,15 @@ static void print_check(nmm_sim *sim, const char *path, const nmm_check *c) {
     if (choices && *choices) printf("\nChosen, on and off\n%s", choices);
 }
 
-static void json_lines(json *out, const char *key, const char *text) {
+/// An item for each line.
+static void json_lines(json *out, const char *text) {
     char line[1024];
-    json_open_array(out, key);
     while (text && *text) {
         const size_t length = strcspn(text, "\n");
         snprintf(line, sizeof line, "%.*s", (int)length, text);
         if (length) json_text(out, NULL, line);
         text += length + (text[length] == '\n');
     }
-    json_close_array(out);
 }
 
 static void json_check(nmm_sim *sim, const char *path, const nmm_check *c) {
@@ -58,8 +57,11 @@ static void json_check(nmm_sim *sim, const char *path, const nmm_check *c) {
     json_number(&out, "cover_size", c->cover_size);
     json_number(&out, "memory_bytes", c->memory_bytes);
     json_number(&out, "end_time", nmm_sim_end_time(sim));
-    json_lines(&out, "choices", nmm_sim_choices(sim));
+    json_open_array(&out, "choices");
+    json_lines(&out, nmm_sim_choices(sim));
+    json_close_array(&out);
     json_open_array(&out, "warnings");
+    json_lines(&out, nmm_sim_warnings(sim));
     for (int i = 0; i < n; i++)
         json_text(&out, NULL, warning[i]);
     json_close_array(&out);
@@ -75,6 +77,7 @@ static void show_check(nmm_sim *sim, const arguments *given, const nmm_check *ch
     if (!given->quiet) print_check(sim, given->path, check);
     const int n = scene_warnings(check, warning);
     fflush(stdout);
+    fputs(nmm_sim_warnings(sim), stderr);
     for (int i = 0; i < n; i++)
         message_warning("%s", warning[i]);
 }

@@ -95,6 +95,7 @@ static int run_scene(nmm_sim *sim, nmm_output **output, const arguments *given, 
 }
 
 static void print_warnings(nmm_sim *sim) {
+    fputs(nmm_sim_warnings(sim), stderr);
     nmm_check check;
     char warning[MOST_WARNINGS][WARNING_LENGTH];
     if (nmm_sim_check(sim, &check) != NMM_OK) return;

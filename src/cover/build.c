@@ -5,6 +5,7 @@
 // covers are numbered by row and column of the mesh.
 
 #include "cut.h"
+#include "overlap.h"
 
 #include <string.h>
 
@@ -75,6 +76,8 @@ static nmm_status cut_block(nmm_cut *cut, const nmm_scene_block *block) {
 static nmm_status cut_scene(nmm_cut *cut) {
     const nmm_scene *scene = cut->scene;
     TRY(nmm_lattice_choose(cut->context, cut->scene, &cut->lattice));
+    TRY(nmm_cut_overlaps(cut->context, cut->scene, (double)cut->lattice.side * cut->lattice.spacing,
+                         cut->lattice.origin));
     TRY(nmm_allocate(cut->context, &cut->touched, (size_t)scene->n_joint, sizeof(bool)));
     TRY(cut_domain(cut));
     for (int k = 0; k < scene->n_block; k++)

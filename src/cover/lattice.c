@@ -121,20 +121,20 @@ static nmm_status check_size(nmm_context *context, nmm_scene *scene, const nmm_l
     const double width = lattice->box.high.x - lattice->box.low.x;
     const double height = lattice->box.high.y - lattice->box.low.y;
     const double larger = nmm_max(width, height);
-    const nmm_mark nowhere = {0};
+    const nmm_mark mark = scene->settings.size_mark;
     if (!isfinite(size) || size < 0) {
-        return nmm_scene_reject(context, scene, nowhere,
+        return nmm_scene_reject(context, scene, mark,
                                 "covers.size is %g m, but must be a positive number", size);
     }
     if (size > LARGEST_RATIO * larger) {
         return nmm_scene_reject(
-            context, scene, nowhere,
+            context, scene, mark,
             "covers.size is %g m, more than %g times the size of the scene (%g m)", size,
             LARGEST_RATIO, larger);
     }
     const double n_element = lattice->area / (sqrt(3) / 4 * size * size);
     if (n_element > MOST_ELEMENTS) {
-        return nmm_scene_reject(context, scene, nowhere,
+        return nmm_scene_reject(context, scene, mark,
                                 "covers.size is %g m: this gives about %.0f elements, more than "
                                 "%.0f; use at least %.3g m",
                                 size, n_element, MOST_ELEMENTS,
@@ -169,7 +169,7 @@ nmm_status nmm_lattice_choose(nmm_context *context, nmm_scene *scene, nmm_lattic
     const double reach = nmm_max(fine, 8 * digit) / lattice->spacing;
     lattice->reach = reach > SMALLEST_REACH ? (int64_t)reach : SMALLEST_REACH;
     if (lattice->side < SMALLEST_RATIO * lattice->reach) {
-        return nmm_scene_reject(context, scene, nowhere,
+        return nmm_scene_reject(context, scene, scene->settings.size_mark,
                                 "covers.size is %g m, too small for a scene of %g m at "
                                 "coordinates of %g m",
                                 size, extent, farthest);

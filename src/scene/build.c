@@ -58,6 +58,7 @@ static void copy_settings(nmm_builder *b) {
     const raw_scene *raw = b->raw;
     nmm_scene_settings *s = &b->scene->settings;
     s->cover_size = raw->covers.size;
+    s->size_mark = raw_mark(&raw->covers.head, "size");
     s->penalty = raw->contact.penalty;
     s->contact_method = (nmm_contact_method)raw->contact.method;
     s->damping = raw->analysis.damping;

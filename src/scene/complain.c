@@ -283,3 +283,25 @@ nmm_status nmm_scene_reject(nmm_context *context, nmm_scene *scene, nmm_mark mar
     set_error(context, scene, mark, message);
     return NMM_ERROR_INPUT;
 }
+
+static nmm_status append_warning(nmm_context *context, nmm_scene *scene, nmm_mark mark,
+                                 const char *message, nmm_text *text) {
+    if (scene->warnings != NULL) TRY(nmm_text_add(context, text, "%s", scene->warnings));
+    TRY(print_place(context, scene, mark, text));
+    TRY(nmm_text_add(context, text, ": warning: %s\n", message));
+    return nmm_arena_text(context, &scene->arena, &scene->warnings, text->text,
+                          (size_t)text->length);
+}
+
+nmm_status nmm_scene_warn(nmm_context *context, nmm_scene *scene, nmm_mark mark, const char *format,
+                          ...) {
+    char message[700];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    nmm_text text = {0};
+    const nmm_status status = append_warning(context, scene, mark, message, &text);
+    nmm_release(context, &text.text);
+    return status;
+}

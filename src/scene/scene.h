@@ -108,8 +108,9 @@ typedef enum nmm_stop { NMM_STOP_RESIDUAL, NMM_STOP_AVERAGE_CHANGE } nmm_stop;
 
 /// Everything a user can set that is not geometry. Filled with defaults; `nmm check` prints them.
 typedef struct nmm_scene_settings {
-    double cover_size; // covers.size [m]; 0: chosen from the scene
-    double penalty;    // contact.penalty, times Young's modulus; 0: auto
+    double cover_size;  // covers.size [m]; 0: chosen from the scene
+    nmm_mark size_mark; // of covers.size
+    double penalty;     // contact.penalty, times Young's modulus; 0: auto
     nmm_contact_method contact_method;
     double damping;        // analysis.damping [1/s]
     nmm_mass mass;         // analysis.mass
@@ -157,6 +158,7 @@ typedef struct nmm_scene {
     const char **override; // as given, for messages
     int n_error;           // mistakes found
     char *report;          // all mistakes of the file as text to print, one block each; NULL: none
+    char *warnings;        // a line for each: file:line:column: warning: ...; NULL: none
     char *defaults;        // for `nmm check`: a line for each default chosen and why
 } nmm_scene;
 
@@ -178,6 +180,10 @@ nmm_status nmm_scene_parse(nmm_context *context, nmm_scene *scene, const char *p
 /// the first), in the same form as the reader's own, and return NMM_ERROR_INPUT.
 nmm_status nmm_scene_reject(nmm_context *context, nmm_scene *scene, nmm_mark mark,
                             const char *format, ...) __attribute__((format(printf, 4, 5)));
+
+/// Add a line to scene->warnings: allowed, but hardly meant. NMM_ERROR_MEMORY.
+nmm_status nmm_scene_warn(nmm_context *context, nmm_scene *scene, nmm_mark mark, const char *format,
+                          ...) __attribute__((format(printf, 4, 5)));
 
 void nmm_scene_destroy(nmm_context *context, nmm_scene *scene);
 

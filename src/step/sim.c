@@ -171,6 +171,10 @@ const char *nmm_sim_mistakes(const nmm_sim *sim) {
     return sim != NULL ? sim->scene.report : NULL;
 }
 
+const char *nmm_sim_warnings(const nmm_sim *sim) {
+    return sim != NULL && sim->scene.warnings != NULL ? sim->scene.warnings : "";
+}
+
 nmm_status nmm_sim_check(nmm_sim *sim, nmm_check *check) {
     const nmm_model *model = &sim->model;
     if (sim->state.step == 0 && sim->search != NULL) {

@@ -121,6 +121,7 @@ static void fill_scene(stage *s) {
         stage_line(s, -1, 0.7 * k + 1e-9, 4.5, 0.8 * k);
     }
     stage_block(s, 3, (double[]){6, 0, 8, 0, 7, 3}, "triangle");
+    stage_block(s, 3, (double[]){8, 0, 9, 3, 7, 3}, "neighbour");
 }
 
 static void memory_runs_out(void **state) {

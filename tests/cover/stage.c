@@ -18,7 +18,12 @@ void stage_open(stage *s, double cover_size) {
     assert_int_equal(
         nmm_arena_take(context, &scene->arena, &scene->interface, 3, sizeof *scene->interface),
         NMM_OK);
+    assert_int_equal(nmm_arena_take(context, &scene->arena, &scene->material_name, 3,
+                                    sizeof *scene->material_name),
+                     NMM_OK);
     scene->n_material = scene->n_interface = 3;
+    for (int k = 0; k < 3; k++)
+        scene->material_name[k] = "rock";
     for (int k = 0; k < 3; k++)
         scene->material[k] = (nmm_material){2500, 1e9, 0.25, NMM_PLANE_STRAIN};
 }
