@@ -80,7 +80,7 @@ static double unbalance_allowed(const nmm_sim *sim, double h) {
     return sim->settings.tolerance * sim->system.force_scale + DBL_EPSILON * sqrt(sum);
 }
 
-static nmm_solve_options solve_options(const nmm_sim *sim, double h) {
+static nmm_solve_options solve_options(const nmm_sim *sim, double h, int pass) {
     const nmm_scene_settings *settings = &sim->settings;
     static const nmm_solve_method method[] = {
         [NMM_METHOD_AUTO] = NMM_SOLVE_AUTO,
@@ -104,6 +104,8 @@ static nmm_solve_options solve_options(const nmm_sim *sim, double h) {
             settings->precision == NMM_SCENE_MIXED ? NMM_PRECISION_MIXED : NMM_PRECISION_DOUBLE,
         .place = sim->model.cover_place,
         .body = sim->model.cover_block,
+        // Within a step only; so that a step does not depend on those before.
+        .reuse = pass > 0,
         .tolerance = settings->solver_tolerance,
         // Later passes solve for small corrections: no need to go far below the balance asked for.
         .absolute = 0.2 * unbalance_allowed(sim, h),
@@ -133,7 +135,7 @@ static nmm_status solve_pass(nmm_sim *sim, double h, int pass, nmm_solve_report 
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     TRY(open_solver(sim));
     guess_change(sim, h, pass);
-    const nmm_solve_options options = solve_options(sim, h);
+    const nmm_solve_options options = solve_options(sim, h, pass);
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
     TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
                             system->change, system->keep_pattern, &options, report));
