@@ -11,6 +11,10 @@ packages_test="libcmocka-dev python3 python3-h5py python3-vtk9 python3-jsonschem
     clang-14 clang-tools-14 libclang-rt-14-dev llvm-14 libomp-14-dev clang-format-14 clang-tidy-14
     gcc-12-offload-nvptx valgrind"
 
+# Solvers to measure ours against, and a fast BLAS for those that use one (docs/solvers.md).
+packages_bench="libcmocka-dev libpetsc-real-dev libeigen3-dev libsuitesparse-dev
+    libopenblas0-pthread python3 python3-matplotlib"
+
 # True where the package is installed.
 has_package() {
     dpkg-query -W -f '${Status}\n' "$1" 2>/dev/null | grep -q '^install ok installed$'

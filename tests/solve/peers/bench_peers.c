@@ -5,10 +5,12 @@
 // less until the true one holds. Then the methods take turns, round by round, so that whatever
 // else the machine does meets all of them. One line per method: median and least of the rounds.
 //
-// Usage: bench_peers [-t TOLERANCE]... [-j THREADS]... [-r ROUNDS] [-b SECONDS] [-o NAME] FILE...
-//     -r  rounds at most (9); at least 5 of them, where one takes less than a second
+// Usage: bench_peers [-t TOLERANCE]... [-j THREADS]... [-r ROUNDS] [-b SECONDS] [-o NAME]... [-x
+// NAME]...
+//                    FILE...
+//     -r  rounds at most (9); at least 5 where a solve takes less than 0.3 s, 3 up to 2 s, else 1
 //     -b  seconds for one method in one system (0.5)
-//     -o  only methods whose name contains NAME; can be repeated
+//     -o  only methods whose name contains NAME; -x  none whose name contains NAME
 
 #include "bench.h"
 
@@ -25,6 +27,8 @@
 #define MAX_ROUNDS 99
 // Time of a batch of solves, which the clock can measure.
 #define BATCH_SECONDS 2e-3
+// A method that took longer than this is not tried again on the same system.
+#define TOO_SLOW 20
 // Systems above this many rows are not all held open at once: one method after the other.
 #define ROWS_TOGETHER 20000
 
@@ -35,12 +39,16 @@ typedef struct choices {
     int n_threads;
     int rounds;
     double budget;
-    const char *only[16];
-    int n_only;
+    const char *only[16], *without[16];
+    int n_only, n_without;
 } choices;
+
+// The longest solve of each method on a system so far, by its place in the whole list.
+typedef double slowest[MAX_METHODS];
 
 typedef struct entry {
     const bench_method *method;
+    double *slowest;
     void *state; // NULL: closed
     double asked;
     int iterations;
@@ -52,26 +60,31 @@ typedef struct entry {
 
 // --- The methods
 
-static bool wanted(const choices *c, const bench_method *method) {
-    if (c->n_only == 0) return true;
-    for (int k = 0; k < c->n_only; k++) {
-        if (strstr(method->name, c->only[k]) != NULL) return true;
+static bool matches(const char *name, const char *const *part, int n) {
+    for (int k = 0; k < n; k++) {
+        if (strstr(name, part[k]) != NULL) return true;
     }
     return false;
 }
 
+static bool wanted(const choices *c, const bench_method *method) {
+    if (matches(method->name, c->without, c->n_without)) return false;
+    return c->n_only == 0 || matches(method->name, c->only, c->n_only);
+}
+
 // Those for `n_thread` threads: with more than one, only methods that can use them.
-static int list_methods(const choices *c, const bench_system *s, int n_thread, entry *list) {
+static int list_methods(const choices *c, const bench_system *s, int n_thread, double *slowest_of,
+                        entry *list) {
     const bench_method *(*const maker[])(int *) = {bench_ours, bench_petsc, bench_eigen,
                                                    bench_cholmod};
-    int n = 0;
+    int n = 0, at = 0;
     for (size_t k = 0; k < sizeof maker / sizeof *maker; k++) {
         int n_here = 0;
         const bench_method *method = maker[k](&n_here);
-        for (int i = 0; i < n_here && n < MAX_METHODS; i++) {
+        for (int i = 0; i < n_here && at < MAX_METHODS; i++, at++) {
             if (!wanted(c, &method[i]) || (n_thread > 1 && !method[i].threads)) continue;
             if (method[i].largest > 0 && 2 * s->n_row > method[i].largest) continue;
-            list[n++] = (entry){.method = &method[i]};
+            list[n++] = (entry){.method = &method[i], .slowest = &slowest_of[at]};
         }
     }
     return n;
@@ -97,23 +110,38 @@ static void close_entry(entry *e) {
     e->state = NULL;
 }
 
-// Open it, and find what to ask it for; leaves it closed when it cannot solve the system.
-static void calibrate(entry *e, const choices *c, const bench_system *s, int n_thread,
-                      double tolerance, double *u) {
-    e->state = e->method->open(s, e->method, n_thread);
-    snprintf(e->note, sizeof e->note, "cannot be opened");
-    if (e->state == NULL) return;
+// Solve until the true residual holds, asking for less where it does not; seconds of the last
+// solve.
+static double find_tolerance(entry *e, const bench_system *s, double tolerance, double *u) {
     double took = 0;
     e->asked = tolerance;
     for (int k = 0; k < 8; k++) {
         const double start = nmm_clock();
         e->iterations = e->method->solve(e->state, e->asked, u);
         took = nmm_clock() - start;
+        *e->slowest = nmm_max(*e->slowest, took);
         if (e->iterations < 0) break;
         e->residual = bench_true_residual(s, u);
         if (e->residual <= tolerance * (1 + 1e-9)) break;
-        e->asked *= 0.7 * tolerance / e->residual < 0.5 ? 0.5 : 0.8;
+        e->asked *= 0.5;
+        // Far off: rounding, which no smaller tolerance helps against.
+        if (e->residual > 100 * tolerance || took > TOO_SLOW) break;
     }
+    return took;
+}
+
+// Open it, and find what to ask it for and how often; leaves it closed when it cannot solve the
+// system. A solve of more than two seconds is a round by itself.
+static void calibrate(entry *e, const choices *c, const bench_system *s, int n_thread,
+                      double tolerance, double *u) {
+    if (*e->slowest > TOO_SLOW) {
+        snprintf(e->note, sizeof e->note, "left out: took %.0f s before", *e->slowest);
+        return;
+    }
+    e->state = e->method->open(s, e->method, n_thread);
+    snprintf(e->note, sizeof e->note, "cannot be opened");
+    if (e->state == NULL) return;
+    double took = find_tolerance(e, s, tolerance, u);
     keep_note(e);
     if (e->iterations < 0 || !(e->residual <= tolerance * (1 + 1e-9))) {
         if (e->iterations >= 0) snprintf(e->note, sizeof e->note, "residual %.1e", e->residual);
@@ -128,11 +156,13 @@ static void calibrate(entry *e, const choices *c, const bench_system *s, int n_t
     }
     e->n_repeat = nmm_max_int(1, nmm_min_int(200, (int)(BATCH_SECONDS / took)));
     const int affordable = (int)nmm_min(MAX_ROUNDS, c->budget / (took * e->n_repeat));
-    const int least = took > 5 ? 1 : took > 1 ? 3 : 5;
+    e->seconds[0] = took;
+    const int least = took > 2 ? 1 : took > 0.3 ? 3 : 5;
     e->n_round = nmm_max_int(least, nmm_min_int(c->rounds, affordable));
 }
 
 static void run_round(entry *e, int round, double *u) {
+    if (e->n_round == 1) return; // measured already
     // Wakes its threads and fills the caches, unless a solve is long by itself.
     if (e->n_repeat > 1) e->method->solve(e->state, e->asked, u);
     const double start = nmm_clock();
@@ -165,11 +195,11 @@ static void print_entry(entry *e, const char *name, const bench_system *s, doubl
 }
 
 static void measure(const choices *c, const bench_system *s, const char *name, double tolerance,
-                    int n_thread) {
+                    int n_thread, double *slowest_of) {
     entry *list = calloc(MAX_METHODS, sizeof *list);
     double *u = calloc(2 * (size_t)s->n_row, sizeof *u);
     set_threads(n_thread);
-    const int n = list_methods(c, s, n_thread, list);
+    const int n = list_methods(c, s, n_thread, slowest_of, list);
     const bool together = s->n_row <= ROWS_TOGETHER;
     for (int k = 0; k < n; k++) {
         calibrate(&list[k], c, s, n_thread, tolerance, u);
@@ -195,7 +225,7 @@ static void measure(const choices *c, const bench_system *s, const char *name, d
 
 static choices read_choices(int argc, char **argv) {
     choices c = {.rounds = 9, .budget = 0.5};
-    for (int option; (option = getopt(argc, argv, "t:j:r:b:o:")) != -1;) {
+    for (int option; (option = getopt(argc, argv, "t:j:r:b:o:x:")) != -1;) {
         if (option == 't' && c.n_tolerance < 8)
             c.tolerance[c.n_tolerance++] = strtod(optarg, NULL);
         else if (option == 'j' && c.n_threads < 8)
@@ -206,6 +236,8 @@ static choices read_choices(int argc, char **argv) {
             c.budget = strtod(optarg, NULL);
         else if (option == 'o' && c.n_only < 16)
             c.only[c.n_only++] = optarg;
+        else if (option == 'x' && c.n_without < 16)
+            c.without[c.n_without++] = optarg;
         else
             exit(2);
     }
@@ -228,11 +260,12 @@ int main(int argc, char **argv) {
     for (int k = optind; k < argc; k++) {
         char name[100];
         bench_system system;
+        slowest of_system = {0};
         base_name(argv[k], name, sizeof name);
         bench_system_read(&system, argv[k]);
         for (int t = 0; t < c.n_tolerance; t++) {
             for (int j = 0; j < c.n_threads; j++)
-                measure(&c, &system, name, c.tolerance[t], c.threads[j]);
+                measure(&c, &system, name, c.tolerance[t], c.threads[j], of_system);
         }
         bench_system_release(&system);
     }

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Sweeps after which methods without acceleration are given up.
+// Sweeps after which methods that have no other end are given up.
 #define SWEEPS 50000
 
 typedef struct ours {
@@ -44,10 +44,9 @@ static void *open_ours(const bench_system *system, const bench_method *method, i
     o->options.body = system->body;
     o->options.n_thread = n_thread;
     o->options.jacobi_damping = method->number;
-    if (method->choice[0] == NMM_SOLVE_JACOBI || method->choice[0] == NMM_SOLVE_SOR ||
-        method->choice[0] == NMM_SOLVE_GAUSS_SEIDEL) {
-        o->options.max_iterations = SWEEPS;
-    }
+    const int asked = method->choice[0];
+    const bool sweeps = asked != NMM_SOLVE_AUTO && asked != NMM_SOLVE_PCG;
+    if (sweeps) o->options.max_iterations = SWEEPS;
     if (nmm_solve_host()->open(&o->context, &o->solver, system->n_row, system->n_block) == NMM_OK) {
         return o;
     }

@@ -2,10 +2,10 @@
 //
 // PETSc in the benchmark, in one process: conjugate gradients with its preconditioners, and
 // Cholesky factors, its own and MUMPS's. Settings are the best that were found on these systems:
-// incomplete factors without or with one level of fill, in reverse Cuthill-McKee order. The
-// pattern, orderings, symbolic factors and the prolongations of GAMG are kept; numbers of
-// preconditioners and factors are made anew by each solve, because the matrix is marked as changed.
-// The stopping test is on |r| itself.
+// incomplete factors of the matrix scaled to a unit diagonal, with 0, 1 or 3 levels of fill, in
+// reverse Cuthill-McKee order. The pattern, orderings, symbolic factors and the prolongations of
+// GAMG are kept; numbers of preconditioners and factors are made anew by each solve, because the
+// matrix is marked as changed. The stopping test is on |r| itself.
 
 #include "bench.h"
 
@@ -17,15 +17,18 @@
 #include <string.h>
 
 #define MAX_ITERATIONS 50000
+// An incomplete factor that needs more than this has failed.
+#define MAX_ITERATIONS_OF_FACTOR 2000
 
-enum { STORED_BY_NUMBERS, STORED_BY_BLOCKS };
-enum { JACOBI, BLOCK_JACOBI, INCOMPLETE, INCOMPLETE_1, MULTIGRID, CHOLESKY, MUMPS };
+enum { BY_NUMBERS, BY_BLOCKS };
+enum { JACOBI, BLOCK_JACOBI, INCOMPLETE, MULTIGRID, CHOLESKY, MUMPS };
 
 typedef struct petsc {
     const bench_system *system;
     Mat A;
     Vec f, u;
     KSP ksp;
+    int max_iterations;
 } petsc;
 
 void bench_petsc_start(void) {
@@ -59,7 +62,7 @@ static PetscErrorCode make_matrix(petsc *p, int stored) {
     PetscInt *per_row = NULL;
     PetscCall(PetscMalloc1(2 * s->n_row, &per_row));
     const PetscInt n = 2 * s->n_row;
-    if (stored == STORED_BY_BLOCKS) {
+    if (stored == BY_BLOCKS) {
         for (int row = 0; row < s->n_row; row++)
             per_row[row] = s->row_start[row + 1] - s->row_start[row];
         PetscCall(MatCreateSeqBAIJ(PETSC_COMM_SELF, 2, n, n, 0, per_row, &p->A));
@@ -92,15 +95,18 @@ static PetscErrorCode give_rigid_motions(petsc *p) {
     PetscFunctionReturn(0);
 }
 
-static PetscErrorCode choose_preconditioner(petsc *p, PC pc, int kind) {
+static PetscErrorCode choose_preconditioner(petsc *p, PC pc, int kind, int levels) {
     PetscFunctionBeginUser;
-    static const PCType type[] = {PCJACOBI, PCPBJACOBI, PCICC,     PCICC,
-                                  PCGAMG,   PCCHOLESKY, PCCHOLESKY};
+    static const PCType type[] = {PCJACOBI, PCPBJACOBI, PCICC, PCGAMG, PCCHOLESKY, PCCHOLESKY};
     PetscCall(PCSetType(pc, type[kind]));
-    if (kind == INCOMPLETE || kind == INCOMPLETE_1) {
+    if (kind == INCOMPLETE) {
+        // Without the scaling, shifts that keep pivots positive would be far too large for the
+        // softer rows.
+        PetscCall(KSPSetDiagonalScale(p->ksp, PETSC_TRUE));
+        PetscCall(KSPSetDiagonalScaleFix(p->ksp, PETSC_TRUE));
         PetscCall(PCFactorSetShiftType(pc, MAT_SHIFT_POSITIVE_DEFINITE));
         PetscCall(PCFactorSetMatOrderingType(pc, MATORDERINGRCM));
-        PetscCall(PCFactorSetLevels(pc, kind == INCOMPLETE_1));
+        PetscCall(PCFactorSetLevels(pc, levels));
     }
     if (kind == MULTIGRID) {
         PetscCall(give_rigid_motions(p));
@@ -125,7 +131,7 @@ static PetscErrorCode make(petsc *p, const bench_method *method) {
     PetscCall(KSPSetType(p->ksp, method->family == BENCH_DIRECT ? KSPRICHARDSON : KSPCG));
     PetscCall(KSPSetNormType(p->ksp, KSP_NORM_UNPRECONDITIONED));
     PetscCall(KSPGetPC(p->ksp, &pc));
-    PetscCall(choose_preconditioner(p, pc, method->choice[1]));
+    PetscCall(choose_preconditioner(p, pc, method->choice[1], method->choice[2]));
     // So that PETSC_OPTIONS can try what is not tried here.
     PetscCall(KSPSetFromOptions(p->ksp));
     PetscFunctionReturn(0);
@@ -145,6 +151,8 @@ static void *open_petsc(const bench_system *system, const bench_method *method, 
     petsc *p = calloc(1, sizeof *p);
     if (p == NULL) return NULL;
     p->system = system;
+    const bool factor = method->choice[1] == INCOMPLETE;
+    p->max_iterations = factor ? MAX_ITERATIONS_OF_FACTOR : MAX_ITERATIONS;
     if (make(p, method) == 0) return p;
     close_petsc(p);
     return NULL;
@@ -156,7 +164,7 @@ static PetscErrorCode solve(petsc *p, double tolerance, PetscInt *iterations) {
     PetscFunctionBeginUser;
     KSPConvergedReason reason;
     PetscObjectState version;
-    PetscCall(KSPSetTolerances(p->ksp, tolerance, 1e-300, 1e30, MAX_ITERATIONS));
+    PetscCall(KSPSetTolerances(p->ksp, tolerance, 1e-300, 1e30, p->max_iterations));
     // The numbers are new: the set-up must be, too.
     PetscCall(PetscObjectStateGet((PetscObject)p->A, &version));
     PetscCall(PetscObjectStateSet((PetscObject)p->A, version + 1));
@@ -179,24 +187,26 @@ static int solve_petsc(void *state, double tolerance, double *u) {
     return (int)iterations;
 }
 
-#define PETSC(NAME, FAMILY, LARGEST, THREADS, STORED, KIND)                                        \
+#define PETSC(NAME, FAMILY, LARGEST, STORED, KIND, LEVELS)                                         \
     {                                                                                              \
-        .name = NAME, .family = FAMILY, .largest = LARGEST, .threads = THREADS,                    \
+        .name = NAME, .family = BENCH_##FAMILY, .largest = LARGEST, .threads = KIND == MUMPS,      \
         .open = open_petsc, .solve = solve_petsc, .close = close_petsc, .choice = {                \
             STORED,                                                                                \
-            KIND                                                                                   \
+            KIND,                                                                                  \
+            LEVELS                                                                                 \
         }                                                                                          \
     }
 
 const bench_method *bench_petsc(int *n) {
     static const bench_method list[] = {
-        PETSC("petsc-cg-jacobi", BENCH_ITERATIVE, 0, false, STORED_BY_NUMBERS, JACOBI),
-        PETSC("petsc-cg-2x2", BENCH_ITERATIVE, 0, false, STORED_BY_BLOCKS, BLOCK_JACOBI),
-        PETSC("petsc-cg-icc", BENCH_ITERATIVE, 0, false, STORED_BY_NUMBERS, INCOMPLETE),
-        PETSC("petsc-cg-icc1", BENCH_ITERATIVE, 0, false, STORED_BY_NUMBERS, INCOMPLETE_1),
-        PETSC("petsc-gamg", BENCH_ITERATIVE, 0, false, STORED_BY_NUMBERS, MULTIGRID),
-        PETSC("petsc-cholesky", BENCH_DIRECT, 30000, false, STORED_BY_NUMBERS, CHOLESKY),
-        PETSC("mumps", BENCH_DIRECT, 300000, true, STORED_BY_NUMBERS, MUMPS),
+        PETSC("petsc-cg-jacobi", ITERATIVE, 0, BY_NUMBERS, JACOBI, 0),
+        PETSC("petsc-cg-2x2", ITERATIVE, 0, BY_BLOCKS, BLOCK_JACOBI, 0),
+        PETSC("petsc-cg-icc0", ITERATIVE, 0, BY_NUMBERS, INCOMPLETE, 0),
+        PETSC("petsc-cg-icc1", ITERATIVE, 0, BY_NUMBERS, INCOMPLETE, 1),
+        PETSC("petsc-cg-icc3", ITERATIVE, 0, BY_NUMBERS, INCOMPLETE, 3),
+        PETSC("petsc-gamg", ITERATIVE, 0, BY_NUMBERS, MULTIGRID, 0),
+        PETSC("petsc-cholesky", DIRECT, 30000, BY_NUMBERS, CHOLESKY, 0),
+        PETSC("mumps", DIRECT, 300000, BY_NUMBERS, MUMPS, 0),
     };
     *n = (int)(sizeof list / sizeof *list);
     return list;

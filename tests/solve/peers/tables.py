@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: MIT
+"""The tables of docs/solvers.md, between its lines `<!-- bench: NAME -->` and `<!-- end -->`."""
+
+import os
+import platform
+import re
+import subprocess
+
+from results import groups, is_rock, lines, short
+
+PEERS = ("petsc-cg-jacobi", "petsc-cg-2x2", "petsc-cg-icc0", "petsc-cg-icc1", "petsc-cg-icc3",
+         "petsc-gamg", "eigen-cg-diagonal", "eigen-cg-icc", "petsc-cholesky", "mumps", "eigen-ldlt", "cholmod")
+OURS = ("pcg-cover", "pcg-cluster", "pcg-body", "chebyshev-cover", "chebyshev-cluster")
+# What the project asks of itself.
+PAPER_SIZE = 3000
+TIMES_FASTER = 3
+
+
+def table(head, rows):
+    """Markdown; the first column to the left, numbers to the right."""
+    if not rows:
+        return "Not measured."
+    text = ["| " + " | ".join(head) + " |", "|---|" + "--:|" * (len(head) - 1)]
+    return "\n".join(text + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def time_of(cell):
+    return short(cell.ms) if cell else "-"
+
+
+def named(cell):
+    return f"{short(cell.ms)} {cell.method}" if cell else "-"
+
+
+def ratio(numerator, denominator):
+    """Peer over ours; bold where ours loses."""
+    if numerator is None or denominator is None:
+        return "-"
+    value = numerator.ms / denominator.ms
+    return f"**{value:.2f}**" if value < 1 else f"{value:.2f}"
+
+
+def place(group):
+    """System, unknowns, Courant number: the first columns of most tables."""
+    return [re.sub("_C.*", "", group.system), str(group.order), f"{group.courant:.3g}"]
+
+
+# --- The tables
+
+
+def machine(_):
+    # The model only: flags and caches of the processor do not help to read the tables.
+    with open("/proc/cpuinfo", encoding="utf-8") as file:
+        model = re.search(r"model name\s*:\s*(.*)", file.read()).group(1)
+    packages = ("libpetsc-real-dev", "libeigen3-dev", "libsuitesparse-dev", "libopenblas0-pthread",
+                "gcc")
+    versions = subprocess.run(["dpkg-query", "-W", "-f", "${Package} ${Version}, ", *packages],
+                              stdout=subprocess.PIPE, text=True, check=False).stdout.strip(", ")
+    return f"{model}, {os.cpu_count()} cores, {platform.system()}; {versions}."
+
+
+def against_peers(tolerance):
+    def make(folder):
+        rows = []
+        for g in groups(folder, "peers_*"):
+            if g.tolerance != tolerance:
+                continue
+            one, two = g.get("auto", 1), g.get("auto", 2)
+            took = one.note.split("|")[0].strip() if one else "-"
+            rows.append(place(g) + [time_of(one), time_of(two), took, named(g.best("ours")),
+                                    named(g.best("iterative")), ratio(g.best("iterative"), one),
+                                    ratio(g.best("iterative", 2), two), named(g.best("direct")),
+                                    ratio(g.best("direct"), one), ratio(g.best("direct", 2), two)])
+        return table(["system", "unknowns", "C", "auto, 1 thread", "auto, 2", "auto took",
+                      "best fixed choice", "best iterative peer", "ratio", "ratio, 2 threads",
+                      "best direct peer", "ratio", "ratio, 2 threads"], rows)
+    return make
+
+
+def all_peers(tolerance):
+    def make(folder):
+        rows = [place(g) + [time_of(g.get("auto"))] + [time_of(g.get(p)) for p in PEERS]
+                for g in groups(folder, "peers_*") if g.tolerance == tolerance]
+        return table(["system", "unknowns", "C", "auto", *PEERS], rows)
+    return make
+
+
+def verdict(folder):
+    """How often auto wins, in words."""
+    text = []
+    for threads in (1, 2):
+        won, lost, paper = 0, [], []
+        for g in groups(folder, "peers_*"):
+            auto = g.get("auto", threads)
+            for family in ("iterative", "direct"):
+                peer = g.best(family, threads)
+                if auto is None or peer is None:
+                    continue
+                value = peer.ms / auto.ms
+                won += value >= 1
+                if value < 1:
+                    lost.append(value)
+                if family == "iterative" and is_rock(g) and g.order <= PAPER_SIZE:
+                    paper.append(value)
+        if not paper:
+            continue
+        reached = sum(value >= TIMES_FASTER for value in paper)
+        name = "one thread" if threads == 1 else "two threads"
+        text.append(f"On {name} auto is no slower than the best iterative and the best direct peer "
+                    f"in {won} of {won + len(lost)} comparisons" +
+                    (f", and slower in {len(lost)}, at worst {1 / min(lost):.2f} times as slow."
+                     if lost else "."))
+        text.append(f"At paper size it is at least {TIMES_FASTER} times faster than the best "
+                    f"iterative peer in {reached} of {len(paper)} cells; the ratios go from "
+                    f"{min(paper):.2f} to {max(paper):.2f}.")
+    return "\n".join(text) if text else "Not measured."
+
+
+def threads(folder):
+    methods = ("auto", "pcg-cover", "pcg-cluster", "pcg-cluster-mixed", "pcg-body")
+    rows = []
+    for g in groups(folder, "peers_*"):
+        if g.tolerance != "1e-06" or g.get("auto", 2) is None or g.get("auto") is None:
+            continue
+        one, two = g.get("auto"), g.get("auto", 2)
+        row = place(g) + [time_of(one), time_of(two)]
+        for method in methods:
+            row.append(ratio(g.get(method, 1), g.get(method, 2)))
+        rows.append(row)
+    return table(["system", "unknowns", "C", "auto, 1 thread ms", "auto, 2 threads ms"] +
+                 [f"{m}: 1 over 2" for m in methods], rows)
+
+
+def bandwidth(folder):
+    rows = []
+    for line in lines(folder, "bandwidth"):
+        _, _, order, size, n_thread, micro, sweep, triad = line.split("\t")
+        rows.append([order, f"{float(size) / 1e6:.3g}", n_thread, micro, sweep, triad,
+                     f"{100 * float(sweep) / float(triad):.0f} %"])
+    return table(["unknowns", "megabytes a sweep", "threads", "us a sweep", "sweep GB/s",
+                  "triad GB/s", "part"], rows)
+
+
+def jacobi(folder):
+    found = {}
+    for line in lines(folder, "jacobi"):
+        _, path, _, courant, largest, plain, plain_end, damped, damped_end = line.split("\t")
+        mass = "lumped" if "lumped" in path else "consistent"
+        found.setdefault(float(courant), {})[mass] = [
+            largest, plain if plain_end == "converged" else plain_end,
+            damped if damped_end == "converged" else "not within " + damped]
+    rows = [[f"{courant:.3g}", *at.get("lumped", ["-"] * 3), *at.get("consistent", ["-"] * 3)]
+            for courant, at in sorted(found.items())]
+    return table(["C", "lumped: lambda_max", "plain", "damped", "consistent: lambda_max", "plain",
+                  "damped"], rows)
+
+
+def count_and_time(cell):
+    return f"{cell.iterations} / {short(cell.ms)}" if cell else "-"
+
+
+def iterations(tolerance):
+    def make(folder):
+        rows = [place(g) + [count_and_time(g.get(m)) for m in OURS]
+                for g in groups(folder, "peers_*") if g.tolerance == tolerance]
+        return table(["system", "unknowns", "C", *OURS], rows)
+    return make
+
+
+def family(folder):
+    methods = ("jacobi-cover", "jacobi-cluster", "sor", "gauss-seidel")
+    rows = [place(g) + [g.tolerance] + [count_and_time(g.get(m)) for m in methods]
+            for g in groups(folder, "family")]
+    return table(["system", "unknowns", "C", "tolerance", *methods], rows)
+
+
+def contacts(name, title):
+    def make(folder):
+        methods = ("auto", "pcg-cover", "pcg-cluster", "pcg-body")
+        found = groups(folder, name)
+        found.sort(key=lambda g: (g.courant, float(g.system.split("_")[1]), g.tolerance))
+        rows = [[g.system.split("_")[1], str(g.order), str(g.contacts), str(g.closed),
+                 f"{g.courant:.3g}", g.tolerance] + [count_and_time(g.get(m)) for m in methods]
+                for g in found]
+        return table([title, "unknowns", "contacts", "closed", "C", "tolerance", *methods], rows)
+    return make
+
+
+def sums(folder):
+    rows = []
+    for line in lines(folder, "sums"):
+        _, _, order, n_thread, fixed, plain, iteration = line.split("\t")
+        cost = 2 * (float(fixed) - float(plain)) / float(iteration)
+        rows.append([order, n_thread, fixed, plain, iteration, f"{100 * cost:.1f} %"])
+    return table(["unknowns", "threads", "sum in fixed chunks us", "plain sum us",
+                  "pcg iteration us", "cost of two sums"], rows)
+
+
+def mixed(folder):
+    methods = ("pcg-cover", "pcg-cluster", "pcg-body", "chebyshev-cluster")
+    rows = []
+    for g in groups(folder, "peers_*"):
+        row = place(g) + [g.tolerance]
+        for method in methods:
+            row.append(ratio(g.get(method), g.get(method + "-mixed")))
+        if any(cell != "-" for cell in row[4:]):
+            rows.append(row)
+    return table(["system", "unknowns", "C", "tolerance", *methods], rows)
+
+
+def runs(folder):
+    found = {}
+    for line in lines(folder, "runs"):
+        _, scene, _, choice, wall, solve, steps, solves, _, why = line.split("\t")
+        if wall != "-":
+            found.setdefault(scene.split("/")[0], {})[choice] = (
+                float(wall), float(solve), steps, solves, why)
+    rows = []
+    for scene, choices in found.items():
+        fixed = {name: at for name, at in choices.items() if name != "auto"}
+        if "auto" not in choices or not fixed:
+            continue
+        auto = choices["auto"]
+        best = min(fixed, key=lambda name: fixed[name][0])
+        parts = [auto[0] / fixed[best][0], auto[1] / min(at[1] for at in fixed.values())]
+        rows.append([scene, auto[2], auto[3], f"{auto[0]:.3g}", f"{auto[1]:.3g}", auto[4], best,
+                     f"{fixed[best][0]:.3g}"] +
+                    [f"**{part:.2f}**" if part > 1.15 else f"{part:.2f}" for part in parts])
+    return table(["scene", "steps", "solves", "auto s", "of it solves s", "last took",
+                  "best fixed choice", "its s", "auto over best, run", "auto over best, solves"],
+                 rows)
+
+
+TABLES = {
+    "machine": machine, "verdict": verdict,
+    "peers 1e-6": against_peers("1e-06"), "peers 1e-10": against_peers("1e-10"),
+    "all 1e-6": all_peers("1e-06"), "all 1e-10": all_peers("1e-10"),
+    "threads": threads, "bandwidth": bandwidth, "jacobi": jacobi,
+    "iterations 1e-6": iterations("1e-06"), "iterations 1e-10": iterations("1e-10"),
+    "family": family, "contacts": contacts("contacts", "spacing of joints"),
+    "penalty": contacts("penalty", "penalty"), "sums": sums, "mixed": mixed, "runs": runs,
+}
+
+
+def write(folder, path):
+    """Replace each table in the file for which there are results."""
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    for name, make in TABLES.items():
+        made = make(folder)
+        if made == "Not measured.":
+            continue
+        begin = f"<!-- bench: {name} -->"
+        pattern = re.compile(re.escape(begin) + r"\n.*?<!-- end -->", re.DOTALL)
+        if not pattern.search(text):
+            raise SystemExit(f"error: {path} has no line {begin}")
+        text = pattern.sub(lambda _: f"{begin}\n{made}\n<!-- end -->", text)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
