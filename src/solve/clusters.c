@@ -16,6 +16,9 @@
 // A pivot below this part of its diagonal means that float32 blocks are not to be trusted.
 #define SINGULAR 1e-12
 
+// Relative change of a diagonal that makes an inverse useless.
+#define STALE 0.03
+
 // --- Memory
 
 nmm_status nmm_clusters_reserve(nmm_context *context, nmm_clusters *clusters, int n_row,
@@ -26,6 +29,9 @@ nmm_status nmm_clusters_reserve(nmm_context *context, nmm_clusters *clusters, in
     nmm_clusters_destroy(context, clusters);
     const size_t n = (size_t)n_row + 1;
     TRY(nmm_allocate(context, &clusters->order, (size_t)nmm_clusters_room(n_row), sizeof(int)));
+    const size_t room = (size_t)nmm_clusters_room(n_row);
+    TRY(nmm_allocate(context, &clusters->diagonal, room, sizeof(int)));
+    TRY(nmm_allocate(context, &clusters->inverted, room, 2 * sizeof(double)));
     TRY(nmm_allocate(context, &clusters->place, n, sizeof(int)));
     TRY(nmm_allocate(context, &clusters->entry, (size_t)n_block + 1, sizeof(int)));
     TRY(nmm_allocate(context, &clusters->parent, n, sizeof(int)));
@@ -38,11 +44,13 @@ nmm_status nmm_clusters_reserve(nmm_context *context, nmm_clusters *clusters, in
 }
 
 void nmm_clusters_destroy(nmm_context *context, nmm_clusters *clusters) {
-    int **const array[] = {&clusters->order,  &clusters->place, &clusters->entry,
-                           &clusters->parent, &clusters->size,  &clusters->coupling};
+    int **const array[] = {&clusters->diagonal, &clusters->order,  &clusters->place,
+                           &clusters->entry,    &clusters->parent, &clusters->size,
+                           &clusters->coupling};
     for (size_t k = 0; k < sizeof array / sizeof *array; k++)
         nmm_release(context, array[k]);
     nmm_release(context, &clusters->square);
+    nmm_release(context, &clusters->inverted);
     *clusters = (nmm_clusters){0};
 }
 
@@ -177,6 +185,7 @@ nmm_status nmm_clusters_find(nmm_context *context, nmm_clusters *clusters, const
     row_start[0] = 0;
     for (int p = 0; p < clusters->n_group * NMM_GROUP; p++) {
         const int row = clusters->order[p];
+        clusters->diagonal[p] = row < 0 ? -1 : n + K->diagonal[row] - K->row_start[row];
         for (int k = row < 0 ? 0 : K->row_start[row]; row >= 0 && k < K->row_start[row + 1]; k++) {
             col[n] = clusters->place[K->col[k]];
             clusters->entry[n++] = k;
@@ -261,10 +270,33 @@ static void store(const int *row_start, int group, matrix a, float *dense, doubl
             dense[i * NMM_GROUP_UNKNOWNS + j] = (float)(0.5 * (a[i][j] + a[j][i]) * shrink);
 }
 
-void nmm_clusters_invert(int n_group, const int *row_start, const int *col, const double *value,
-                         int n_thread, float *dense, double *scale) {
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1)
+// Has the diagonal of a group changed by more than STALE since its block was inverted? Springs that
+// close or open change it by their full stiffness.
+static bool is_stale(const nmm_clusters *c, int group, const double *value) {
+    for (int p = group * NMM_GROUP; p < (group + 1) * NMM_GROUP; p++) {
+        if (c->diagonal[p] < 0) continue;
+        const double *v = value + 4 * (long)c->diagonal[p], *was = c->inverted + 2 * (long)p;
+        if (!(fabs(v[0] - was[0]) <= STALE * was[0])) return true;
+        if (!(fabs(v[3] - was[1]) <= STALE * was[1])) return true;
+    }
+    return false;
+}
+
+static void note_diagonal(nmm_clusters *c, int group, const double *value) {
+    for (int p = group * NMM_GROUP; p < (group + 1) * NMM_GROUP; p++) {
+        if (c->diagonal[p] < 0) continue;
+        c->inverted[2 * (long)p] = value[4 * (long)c->diagonal[p]];
+        c->inverted[2 * (long)p + 1] = value[4 * (long)c->diagonal[p] + 3];
+    }
+}
+
+int nmm_clusters_invert(nmm_clusters *clusters, const int *row_start, const int *col,
+                        const double *value, int n_thread, bool keep, float *dense, double *scale) {
+    const int n_group = clusters->n_group;
+    int made = 0;
+#pragma omp parallel for num_threads(n_thread) schedule(static) reduction(+ : made) if (n_thread > 1)
     for (int g = 0; g < n_group; g++) {
+        if (keep && !is_stale(clusters, g, value)) continue;
         matrix a;
         gather(g, row_start, col, value, false, a);
         if (!invert(a)) {
@@ -273,5 +305,8 @@ void nmm_clusters_invert(int n_group, const int *row_start, const int *col, cons
         }
         store(row_start, g, a, dense + (long)g * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS,
               scale + g);
+        note_diagonal(clusters, g, value);
+        made++;
     }
+    return made;
 }

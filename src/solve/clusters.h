@@ -18,6 +18,8 @@ typedef struct nmm_clusters {
     int n_group;
     int *order;         // [8 n_group] row of the caller, -1: empty
     int *place;         // [n_row] place of a row: the inverse of order
+    int *diagonal;      // [8 n_group] its diagonal block in the new order, -1: empty
+    double *inverted;   // [8 n_group][2] diagonal of the matrix whose clusters were inverted last
     int *entry;         // [n_block] entry of the caller's matrix for an entry in the new order
     int n_row, n_block; // what there is room for
     // Scratch of the search.
@@ -46,7 +48,9 @@ void nmm_clusters_take(const nmm_clusters *clusters, const nmm_bsr *K, int n_thr
 
 /// Invert the diagonal block of each group: dense[g] * scale[g], symmetric [16][16], zero for empty
 /// places. A block that is not safely positive definite is replaced by its 2x2 diagonal blocks.
-void nmm_clusters_invert(int n_group, const int *row_start, const int *col, const double *value,
-                         int n_thread, float *dense, double *scale);
+/// `keep`: those whose diagonal is within a few per cent of what it was stay as they are.
+/// The number of blocks made.
+int nmm_clusters_invert(nmm_clusters *clusters, const int *row_start, const int *col,
+                        const double *value, int n_thread, bool keep, float *dense, double *scale);
 
 #endif

@@ -409,13 +409,13 @@ static bool take_narrow(nmm_solver *s) {
 // Inverted clusters and coarse factor, where there are none to reuse.
 static nmm_status make_blocks(nmm_context *context, nmm_solver *s, nmm_solve_report *report) {
     if (s->blocks < NMM_BLOCKS_CLUSTER) return NMM_OK;
-    if (!s->dense_made) {
-        nmm_clusters_invert(s->clusters.n_group, s->row_start, s->col, s->wide.value, s->n_thread,
-                            s->dense_room, s->dense_scale);
-        report->setups += 1;
-    }
-    s->dense_new = !s->dense_made;
+    const int made = nmm_clusters_invert(&s->clusters, s->row_start, s->col, s->wide.value,
+                                         s->n_thread, s->dense_made, s->dense_room, s->dense_scale);
+    s->dense_new = made > 0;
     s->dense_made = true;
+    report->setups += made > 0;
+    // Springs that closed or opened change the coarse system as well.
+    if (made > 0) s->coarse_made = false;
     if (s->blocks < NMM_BLOCKS_BODY || s->coarse_made) return NMM_OK;
     const nmm_coarse_source source = {.n = s->n,
                                       .n_thread = s->n_thread,
