@@ -75,7 +75,8 @@ NMM_API nmm_sim_def nmm_default_sim_def(void);
 typedef enum nmm_end {
     NMM_END_RUNNING = 0,
     NMM_END_COMPLETED = 1,
-    NMM_END_STEP_TOO_SMALL = -1, ///< dt_min reached: open-close or largest move did not settle
+    NMM_END_STEP_TOO_SMALL = -1, ///< dt_min reached: open-close or largest move did not settle, or
+                                 ///< an element turned inside out
     NMM_END_SOLVER_FAILED = -2,  ///< dt_min reached: the linear solver did not converge
     NMM_END_INTERRUPTED = -3,    ///< the caller stopped
 } nmm_end;
@@ -126,7 +127,9 @@ typedef struct nmm_summary {
     long solves, iterations, failed;
     long dt_cuts, open_close_iterations;
     nmm_energy energy;
-    double max_penetration; ///< [m] over the whole run
+    double max_penetration;  ///< [m] over the whole run
+    double max_support_give; ///< [m] largest distance of a held point from its prescribed place
+    double cover_size;       ///< [m]
     uint64_t state_hash;
 } nmm_summary;
 

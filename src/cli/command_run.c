@@ -52,6 +52,15 @@ static int take_steps(nmm_sim *sim, nmm_output *output, const char *path, bool q
     return report.end == NMM_END_COMPLETED ? EXIT_DONE : EXIT_EARLY;
 }
 
+// Supports are springs: where one gives way visibly, the answer is not that of the scene.
+static void warn_of_supports(const nmm_summary *s, const char *path) {
+    if (s->max_support_give > 0.01 * s->cover_size)
+        message_warning("%s: a support gave way by %.3g m, %.2g %% of the cover size: the material "
+                        "is too soft for its loads, or the step too short for the supports to "
+                        "follow",
+                        path, s->max_support_give, 100 * s->max_support_give / s->cover_size);
+}
+
 static void print_end(nmm_sim *sim, const arguments *given, const char *path, int status) {
     run_report report = {.scene = given->path, .path = path, .n_frame = -1, .source = sim};
     report.reading = read_monitor;
@@ -61,6 +70,7 @@ static void print_end(nmm_sim *sim, const arguments *given, const char *path, in
         message_error("%s: ended early, %s%s%s; results up to %.6g s are in %s", given->path,
                       end_name(report.summary.end), report.summary.reason[0] ? ": " : "",
                       report.summary.reason, report.summary.time, path);
+    if (!given->quiet) warn_of_supports(&report.summary, given->path);
     if (given->json)
         report_json(&report);
     else if (!given->quiet)

@@ -107,7 +107,8 @@ void report_print(const run_report *report) {
     printf("  %d blocks, %d elements, %d covers, %d unknowns, %d contacts\n", s->blocks,
            s->elements, s->covers, s->unknowns, s->contacts);
     print_steps(s);
-    printf("  worst penetration %.3g m\n", s->max_penetration);
+    printf("  worst penetration %.3g m; largest give of a support %.3g m\n", s->max_penetration,
+           s->max_support_give);
     print_phases(s);
     print_energy(&s->energy);
     print_monitors(report);
@@ -196,6 +197,8 @@ void report_json(const run_report *report) {
     json_integer(&out, "open_close_iterations", s->open_close_iterations);
     json_energy(&out, &s->energy);
     json_number(&out, "max_penetration", s->max_penetration);
+    json_number(&out, "max_support_give", s->max_support_give);
+    json_number(&out, "cover_size", s->cover_size);
     json_monitors(&out, report);
     json_hash(&out, "state_hash", s->state_hash);
     json_close(&out);

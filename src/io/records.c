@@ -70,6 +70,8 @@ static const nmm_h5_column summary_column[] = {
     SUMMARY('l', open_close_iterations, "", "open-close passes"),
     ENERGY_COLUMNS(nmm_summary),
     SUMMARY('d', max_penetration, "m", "largest overlap of the run"),
+    SUMMARY('d', max_support_give, "m", "largest distance of a held point from its place"),
+    SUMMARY('d', cover_size, "m", "distance of neighbouring lattice nodes"),
     SUMMARY('u', state_hash, "", "hash of the last state"),
 };
 const nmm_h5_record nmm_record_summary = RECORD(nmm_summary, summary_column);

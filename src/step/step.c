@@ -69,6 +69,37 @@ static double largest_velocity(const nmm_sim *sim) {
     return sqrt(largest);
 }
 
+// First element whose deformation gradient F has det F <= 0 at the end of the try, -1: none.
+static int inside_out_element(const nmm_sim *sim) {
+    const nmm_model *model = &sim->model;
+    const int n = model->n_element, n_thread = sim->context.n_thread;
+    int first = INT32_MAX;
+#pragma omp parallel for num_threads(n_thread) schedule(static)                                    \
+    reduction(min                                                                                  \
+              : first) if (n_thread > 1 && n > 4096)
+    for (int e = 0; e < n; e++) {
+        double d[6];
+        for (int i = 0; i < 6; i++) {
+            d[i] = sim->state.displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
+        }
+        const nmm_tensor H = nmm_displacement_gradient(d, model->element_gradient + 6 * (long)e);
+        const double det = (1 + H.xx) * (1 + H.yy) - H.xy * H.yx;
+        if (!(det > 0) && e < first) first = e;
+    }
+    return first < INT32_MAX ? first : -1;
+}
+
+static void say_inside_out(nmm_sim *sim, int e) {
+    const nmm_model *model = &sim->model;
+    const int block = model->element_block[e];
+    const char *name = model->block_name[block];
+    snprintf(sim->report.reason, sizeof sim->report.reason,
+             "an element of block %d%s%.60s%s near (%.6g, %.6g) turned inside out", block,
+             name != NULL ? " '" : "", name != NULL ? name : "", name != NULL ? "'" : "",
+             model->element_centre[2 * (long)e] + model->origin.x,
+             model->element_centre[2 * (long)e + 1] + model->origin.y);
+}
+
 // A soft interface may overlap further than anything moves in a step: its contacts must be found.
 static double deepest_overlap(const nmm_sim *sim) {
     double deepest = 0;
@@ -127,6 +158,16 @@ static void update_stress(nmm_sim *sim) {
     }
 }
 
+// Largest distance of a held point from its prescribed place.
+static void report_supports(nmm_sim *sim) {
+    double most = 0;
+    for (int s = 0; s < sim->model.n_support; s++) {
+        const nmm_vec2 error = nmm_support_error(&sim->model, &sim->state, s, sim->state.time);
+        most = nmm_max(most, nmm_vec2_dot(error, error));
+    }
+    sim->summary.max_support_give = nmm_max(sim->summary.max_support_give, sqrt(most));
+}
+
 static void report_contacts(nmm_sim *sim) {
     nmm_step_report *report = &sim->report;
     report->contacts = sim->state.n_contact;
@@ -154,6 +195,7 @@ static nmm_status accept_step(nmm_sim *sim, double h) {
     }
     nmm_ledger_step(sim, h, before);
     report_contacts(sim);
+    report_supports(sim);
     TRY(nmm_state_check(&sim->context, &sim->model, state, "step"));
     nmm_sim_clock(sim, &sim->summary.phase_seconds.advance);
     return NMM_OK;
@@ -209,6 +251,11 @@ static nmm_status settle_step(nmm_sim *sim, double *h) {
         if (outcome == NMM_TRY_MOVED) {
             snprintf(report->reason, sizeof report->reason,
                      "a point moved %.3g times the allowed %.3g m", report->move, sim->allowed_now);
+        }
+        const int inside_out = outcome == NMM_TRY_SETTLED ? inside_out_element(sim) : -1;
+        if (inside_out >= 0) {
+            outcome = NMM_TRY_INSIDE_OUT;
+            say_inside_out(sim, inside_out);
         }
         if (outcome == NMM_TRY_SETTLED) return NMM_OK;
         *h = shorter(sim, *h, outcome);

@@ -25,10 +25,11 @@ enum {
 /// Why a try of a step was given up.
 typedef enum nmm_try {
     NMM_TRY_SETTLED,
-    NMM_TRY_MOVED,  // beyond max_move
-    NMM_TRY_FLIPS,  // contacts keep changing mode
-    NMM_TRY_FORCES, // modes settled, forces do not balance
-    NMM_TRY_SOLVER, // the linear solver missed its tolerance
+    NMM_TRY_MOVED,      // beyond max_move
+    NMM_TRY_FLIPS,      // contacts keep changing mode
+    NMM_TRY_FORCES,     // modes settled, forces do not balance
+    NMM_TRY_SOLVER,     // the linear solver missed its tolerance
+    NMM_TRY_INSIDE_OUT, // an element has no area left, or turned inside out
 } nmm_try;
 
 /// A system that the caller wants to have written (nmm_sim_dump_system). `write` is called before

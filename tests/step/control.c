@@ -46,6 +46,57 @@ static void test_plain_jacobi_cuts_the_step(void **unused) {
     nmm_sim_destroy(sim);
 }
 
+// Least det F of all elements.
+static double least_volume(const nmm_sim *sim) {
+    double least = INFINITY;
+    for (int e = 0; e < sim->model.n_element; e++) {
+        double d[6];
+        for (int i = 0; i < 6; i++) {
+            const int c = sim->model.element_cover[3 * e + i / 2];
+            d[i] = sim->state.displacement[2 * c + i % 2];
+        }
+        const nmm_tensor H =
+            nmm_displacement_gradient(d, sim->model.element_gradient + 6 * (long)e);
+        least = nmm_min(least, (1 + H.xx) * (1 + H.yy) - H.xy * H.yx);
+    }
+    return least;
+}
+
+static void test_inside_out_is_never_accepted(void **unused) {
+    (void)unused;
+    // Far too soft for its weight: the column is crushed.
+    const char *const changes[] = {"materials.rock.youngs_modulus=1",
+                                   "materials.rock.density=1e5",
+                                   "initial_stress.surface=0",
+                                   "time.dt=0.01",
+                                   "time.dt_min=1e-5",
+                                   "covers.size=0.3"};
+    nmm_sim *sim = open_scene(SCENE_COLUMN, 6, changes);
+    nmm_step_report report = {0};
+    double least = 1;
+    while (report.end == NMM_END_RUNNING) {
+        report = take_steps(sim, 1);
+        least = nmm_min(least, least_volume(sim));
+    }
+    assert_int_equal(report.end, NMM_END_STEP_TOO_SMALL);
+    assert_non_null(strstr(report.reason, "an element of block 0"));
+    assert_non_null(strstr(report.reason, "turned inside out"));
+    assert_true(report.cuts > 0);
+    assert_true(least > 0);
+    assert_true(least_volume(sim) > 0);
+    // The supports gave way too, and the summary says so.
+    nmm_summary summary;
+    nmm_sim_summary(sim, &summary);
+    assert_true(summary.max_support_give > 0.01 * summary.cover_size);
+    nmm_sim_destroy(sim);
+    sim = open_scene(SCENE_COLUMN, 0, NULL);
+    take_steps(sim, 20);
+    nmm_sim_summary(sim, &summary);
+    assert_true(summary.max_support_give < 1e-4 * summary.cover_size);
+    assert_close(summary.cover_size, sim->model.size, 1e-15);
+    nmm_sim_destroy(sim);
+}
+
 static void test_methods_agree(void **unused) {
     (void)unused;
     const char *const method[] = {"solver.method=pcg", "solver.method=jacobi", "solver.method=sor",
@@ -143,6 +194,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_solver_that_fails_is_never_accepted),
         cmocka_unit_test(test_plain_jacobi_cuts_the_step),
+        cmocka_unit_test(test_inside_out_is_never_accepted),
         cmocka_unit_test(test_methods_agree),
         cmocka_unit_test(test_largest_move),
         cmocka_unit_test(test_floor_of_dt),
