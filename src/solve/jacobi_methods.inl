@@ -3,8 +3,10 @@
 // The methods of the Jacobi family, built from the kernels of both precisions; the same words as in
 // jacobi_kernels.inl, which is included twice before this. Control stays on the host.
 
-// Largest gain asked of one round in float32.
+// Largest gain asked of one round in float32: of a recursion, and of sweeps, whose residual is summed
+// up anew and falls no further than rounding lets it.
 #define NARROW_GAIN 1e-5
+#define NARROW_SWEEP_GAIN 1e-2
 
 // --- Residuals
 
@@ -108,7 +110,8 @@ static void add_correction(const nmm_solver *s, double factor) {
 
 // One round in float32, by sweeps or, where there is no plan, conjugate gradients.
 static void run_narrow(nmm_solver *s, sweeps *plan, double norm, nmm_solve_report *report) {
-    const double goal = nmm_max(NARROW_GAIN, 0.5 * s->limit / norm);
+    const double gain = plan != NULL ? NARROW_SWEEP_GAIN : NARROW_GAIN;
+    const double goal = nmm_max(gain, 0.5 * s->limit / norm);
     s->state->limit = goal * goal;
     SEND(s->state, 1);
     BATCH {
@@ -134,7 +137,8 @@ static double run_mixed(nmm_solver *s, sweeps *plan, double norm, nmm_solve_repo
             add_correction(s, before);
         }
         norm = true_norm(s);
-        if (report->end == NMM_SOLVE_CONVERGED && norm < 0.3 * before) continue;
+        const bool gained = norm <= s->limit || norm < 0.3 * before;
+        if (report->end == NMM_SOLVE_CONVERGED && gained) continue;
         if (!(norm < before)) {
             // A correction that is not finite cannot be taken back.
             memset(s->wide.u, 0, 2 * (size_t)s->n * sizeof(double));

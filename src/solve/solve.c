@@ -349,6 +349,8 @@ void nmm_solver_load_guess(nmm_solver *solver, const double *u) {
 static nmm_status take_pattern(nmm_context *context, nmm_solver *s, const nmm_bsr *K) {
     const bool reordered = s->blocks >= NMM_BLOCKS_CLUSTER;
     s->dense = reordered ? s->dense_room : NULL;
+    // Forgotten on the host as on the target, whose copies they share: the same choices by `auto`.
+    if (!reordered) s->clusters_found = false;
     if (!reordered && !s->staged) {
         s->row_start = K->row_start;
         s->col = K->col;
@@ -360,13 +362,14 @@ static nmm_status take_pattern(nmm_context *context, nmm_solver *s, const nmm_bs
     if (reordered) {
         if (!s->clusters_found || !s->pattern_kept) {
             TRY(nmm_clusters_find(context, &s->clusters, K, s->row_start, s->col));
+            // What was made for rows in another order.
+            s->dense_made = s->coarse_made = s->parts_found = false;
         }
         s->clusters_found = true;
         s->n = s->clusters.n_group * NMM_GROUP;
         return NMM_OK;
     }
     s->n = K->n_row;
-    s->clusters_found = false;
     if (s->pattern_kept) return NMM_OK;
     memcpy(s->row_start, K->row_start, ((size_t)K->n_row + 1) * sizeof(int));
     memcpy(s->col, K->col, (size_t)s->n_block * sizeof(int));

@@ -1,102 +1,129 @@
 // SPDX-License-Identifier: MIT
 //
-// Cases for host against target: every method, stopping test, first guess and end that has kernels
-// or transfers of its own. One solver serves several systems in turn, so that data left over from
-// the last solve show up where a transfer is missing.
+// Cases for host against target: every method, kind of blocks, precision, stopping test, first
+// guess and end that has kernels or transfers of its own. One solver serves several systems in
+// turn, so that data left over from the last solve show up where a transfer is missing.
 
 #include "agreement.h"
 
+#include "solver.h"
 #include "systems.h"
 
+#include <limits.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-// What makes a case.
+enum { WALL, SOFT_WALL, SMALL, HUGE_VALUES, INDEFINITE, N_SYSTEM };
+
+#define PCG NMM_SOLVE_PCG
+#define JACOBI NMM_SOLVE_JACOBI
+#define CHEBYSHEV NMM_SOLVE_CHEBYSHEV
+#define AUTO NMM_BLOCKS_AUTO
+#define COVER NMM_BLOCKS_COVER
+#define CLUSTER NMM_BLOCKS_CLUSTER
+
+// What makes a case. What is not named in the table is 0 or false.
 typedef struct variant {
     const char *name;
-    int system;  // which matrix
-    double load; // factor on its right-hand side
+    int system;
+    nmm_solve_method method;
+    nmm_solve_blocks blocks;
+    double tolerance;
+    bool mixed;
+    bool keep, reuse; // pattern of the last case; what was prepared for it
+    double load;      // factor on the right-hand side; 0: one
+    bool idle;        // no load
     double guess;
-    bool keep_pattern;
-    nmm_solve_options options;
+    double damping;
+    int most; // iterations
+    bool average;
     nmm_solve_end end; // as it must be
+    bool refused;      // before anything is sent
+    bool falls_back;   // from float32
 } variant;
 
-#define N_SYSTEM 4
-enum { WALL, SOFT_WALL, SMALL, INDEFINITE };
-
 static const variant variants[] = {
-    {"pcg", WALL, 1, 0, false, {.method = NMM_SOLVE_PCG, .tolerance = 1e-9}, NMM_SOLVE_CONVERGED},
-    {"same pattern, new values, new load",
-     SOFT_WALL,
-     -3,
-     1e-9,
-     true,
-     {.method = NMM_SOLVE_AUTO, .tolerance = 1e-6},
-     NMM_SOLVE_CONVERGED},
-    {"another pattern",
-     SMALL,
-     1e-30,
-     0,
-     false,
-     {.method = NMM_SOLVE_PCG, .tolerance = 1e-12},
-     NMM_SOLVE_CONVERGED},
-    {"back again", WALL, 2, 0, false, {.tolerance = 1e-3}, NMM_SOLVE_CONVERGED},
-    {"guess worse than zero", WALL, 2, 1e3, true, {.tolerance = 1e-5}, NMM_SOLVE_CONVERGED},
-    {"no load", WALL, 0, 1, true, {.tolerance = 1e-5}, NMM_SOLVE_CONVERGED},
-    {"after no load", WALL, 1, 0, true, {.tolerance = 1e-5}, NMM_SOLVE_CONVERGED},
-    {"damped Jacobi",
-     WALL,
-     1,
-     0,
-     true,
-     {.method = NMM_SOLVE_JACOBI, .tolerance = 1e-2},
-     NMM_SOLVE_CONVERGED},
-    {"average change",
-     WALL,
-     1,
-     0,
-     true,
-     {.method = NMM_SOLVE_JACOBI, .tolerance = 1e-3, .stop_average_change = true},
-     NMM_SOLVE_CONVERGED},
-    {"plain Jacobi",
-     WALL,
-     1,
-     0,
-     true,
-     {.method = NMM_SOLVE_JACOBI, .tolerance = 1e-6, .jacobi_damping = 1},
-     NMM_SOLVE_DIVERGED},
-    {"Jacobi of a few rows",
-     SMALL,
-     1,
-     0,
-     false,
-     {.method = NMM_SOLVE_JACOBI, .tolerance = 1e-10},
-     NMM_SOLVE_CONVERGED},
-    {"odd number of sweeps",
-     WALL,
-     1,
-     0,
-     false,
-     {.method = NMM_SOLVE_JACOBI, .tolerance = 1e-6, .max_iterations = 13},
-     NMM_SOLVE_TOO_SLOW},
-    {"odd number of steps",
-     WALL,
-     1,
-     0,
-     true,
-     {.tolerance = 1e-6, .max_iterations = 13},
-     NMM_SOLVE_TOO_SLOW},
-    {"beyond rounding", WALL, 1, 0, true, {.tolerance = 1e-25}, NMM_SOLVE_STAGNATED},
-    {"negative curvature", INDEFINITE, 1, 0, true, {.tolerance = 1e-6}, NMM_SOLVE_INDEFINITE},
-    {"negative curvature, Jacobi",
-     INDEFINITE,
-     1,
-     0,
-     true,
-     {.method = NMM_SOLVE_JACOBI, .tolerance = 1e-6},
-     NMM_SOLVE_INDEFINITE},
+    {"pcg", WALL, PCG, COVER, 1e-9, .keep = false},
+    {"new values, load and guess", SOFT_WALL, PCG, COVER, 1e-6, .keep = true, .load = -3,
+     .guess = 1e-9},
+    {"another pattern", SMALL, PCG, COVER, 1e-12, .load = 1e-30},
+    {"back again", WALL, PCG, COVER, 1e-3, .load = 2},
+    {"guess worse than zero", WALL, PCG, COVER, 1e-5, .keep = true, .load = 2, .guess = 1e3},
+    {"no load", WALL, PCG, COVER, 1e-5, .keep = true, .idle = true, .guess = 1},
+    {"after no load", WALL, PCG, COVER, 1e-5, .keep = true},
+    {"odd number of steps", WALL, PCG, COVER, 1e-6, .keep = true, .most = 13,
+     .end = NMM_SOLVE_TOO_SLOW},
+    {"beyond rounding", WALL, PCG, COVER, 1e-25, .keep = true, .end = NMM_SOLVE_STAGNATED},
+
+    {"clusters", WALL, PCG, CLUSTER, 1e-9, .keep = true},
+    {"clusters, new values", SOFT_WALL, PCG, CLUSTER, 1e-9, .keep = true},
+    {"clusters kept", WALL, PCG, CLUSTER, 1e-9, .keep = true, .reuse = true},
+    {"covers again", SOFT_WALL, PCG, COVER, 1e-6, .keep = true, .reuse = true},
+    {"clusters again", SOFT_WALL, PCG, CLUSTER, 1e-6, .keep = true, .reuse = true},
+    {"clusters of another pattern", SMALL, PCG, CLUSTER, 1e-12, .keep = false},
+    {"clusters, too slow", WALL, PCG, CLUSTER, 1e-9, .most = 9, .end = NMM_SOLVE_TOO_SLOW},
+
+    {"mixed", WALL, PCG, COVER, 1e-10, .mixed = true},
+    {"mixed, new values", SOFT_WALL, PCG, COVER, 1e-10, .keep = true, .mixed = true},
+    {"mixed, clusters", SOFT_WALL, PCG, CLUSTER, 1e-10, .keep = true, .mixed = true},
+    {"mixed, clusters kept", WALL, PCG, CLUSTER, 1e-10, .keep = true, .reuse = true, .mixed = true},
+    {"mixed, low demand", WALL, PCG, CLUSTER, 1e-2, .keep = true, .mixed = true},
+    {"mixed, too slow", WALL, PCG, CLUSTER, 1e-10, .keep = true, .mixed = true, .most = 21,
+     .end = NMM_SOLVE_TOO_SLOW},
+    {"beyond float32", HUGE_VALUES, PCG, CLUSTER, 1e-10, .keep = true, .mixed = true,
+     .falls_back = true},
+    {"mixed, beyond rounding", WALL, PCG, COVER, 1e-25, .mixed = true, .end = NMM_SOLVE_STAGNATED,
+     .falls_back = true},
+
+    {"clusters before auto", SOFT_WALL, PCG, CLUSTER, 1e-3, .keep = true},
+    {"covers before auto", SOFT_WALL, PCG, COVER, 1e-3, .keep = true},
+    {"auto after covers", WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .keep = true},
+    {"auto, another pattern", SMALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .load = 7},
+    {"auto", WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .load = 7},
+    {"auto, experienced", SOFT_WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .keep = true},
+    {"auto, reuse", WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .keep = true, .reuse = true},
+    {"auto, low demand", WALL, NMM_SOLVE_AUTO, AUTO, 1e-2, .keep = true, .reuse = true},
+    {"auto, mixed", WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .keep = true, .mixed = true},
+
+    {"chebyshev", WALL, CHEBYSHEV, COVER, 1e-5, .keep = false},
+    {"chebyshev, bounds kept", SOFT_WALL, CHEBYSHEV, COVER, 1e-5, .keep = true, .reuse = true},
+    {"chebyshev, clusters", WALL, CHEBYSHEV, CLUSTER, 1e-5, .keep = true, .reuse = true},
+    {"chebyshev, mixed", WALL, CHEBYSHEV, COVER, 1e-7, .keep = true, .mixed = true},
+    {"chebyshev, mixed, clusters", WALL, CHEBYSHEV, CLUSTER, 1e-7, .keep = true, .mixed = true},
+    {"chebyshev, odd", WALL, CHEBYSHEV, CLUSTER, 1e-7, .keep = true, .most = 11,
+     .end = NMM_SOLVE_TOO_SLOW},
+
+    {"jacobi", WALL, JACOBI, COVER, 1e-2, .keep = true},
+    {"jacobi, clusters", WALL, JACOBI, CLUSTER, 1e-2, .keep = true},
+    {"jacobi, mixed", WALL, JACOBI, COVER, 1e-2, .keep = true, .mixed = true},
+    {"jacobi, mixed, clusters", WALL, JACOBI, CLUSTER, 1e-2, .keep = true, .mixed = true},
+    {"average change", WALL, JACOBI, COVER, 1e-3, .keep = true, .average = true},
+    {"average change, clusters", WALL, JACOBI, CLUSTER, 1e-3, .keep = true, .average = true},
+    {"average change, mixed", WALL, JACOBI, COVER, 1e-3, .keep = true, .average = true,
+     .mixed = true},
+    {"plain jacobi", WALL, JACOBI, COVER, 1e-6, .keep = true, .damping = 1,
+     .end = NMM_SOLVE_DIVERGED},
+    {"plain jacobi, mixed", WALL, JACOBI, COVER, 1e-6, .keep = true, .damping = 1, .mixed = true,
+     .end = NMM_SOLVE_DIVERGED, .falls_back = true},
+    {"jacobi of a few rows", SMALL, JACOBI, COVER, 1e-10, .mixed = true},
+    {"jacobi, bounds kept", SMALL, JACOBI, COVER, 1e-10, .keep = true, .reuse = true},
+    {"jacobi, bounds of another", WALL, JACOBI, COVER, 1e-2, .reuse = true},
+    {"jacobi, odd", WALL, JACOBI, COVER, 1e-6, .most = 13, .end = NMM_SOLVE_TOO_SLOW},
+
+    {"negative curvature", INDEFINITE, PCG, COVER, 1e-6, .keep = true, .end = NMM_SOLVE_INDEFINITE},
+    {"negative, clusters", INDEFINITE, PCG, CLUSTER, 1e-6, .keep = true,
+     .end = NMM_SOLVE_INDEFINITE},
+    {"negative, mixed", INDEFINITE, PCG, COVER, 1e-6, .keep = true, .mixed = true,
+     .end = NMM_SOLVE_INDEFINITE, .falls_back = true},
+    {"negative, jacobi", INDEFINITE, JACOBI, COVER, 1e-6, .keep = true,
+     .end = NMM_SOLVE_INDEFINITE},
+    {"negative, chebyshev", INDEFINITE, CHEBYSHEV, CLUSTER, 1e-6, .keep = true,
+     .end = NMM_SOLVE_INDEFINITE},
+    {"not a number", SOFT_WALL, PCG, CLUSTER, 1e-6, .keep = true, .load = NAN,
+     .end = NMM_SOLVE_NOT_FINITE, .refused = true},
+    {"after not a number", WALL, PCG, CLUSTER, 1e-6, .keep = true, .reuse = true},
 };
 #define N_VARIANT ((int)(sizeof variants / sizeof *variants))
 
@@ -108,90 +135,172 @@ static void must(nmm_status status) {
     if (status != NMM_OK) abort();
 }
 
-static void make_systems(nmm_context *context, test_system system[N_SYSTEM]) {
-    rock wall = {.n_across = 6, .n_up = 3, .n_node = 8, .courant = 3, .spring = 50, .seed = 4};
-    test_system_rock(context, &system[WALL], &wall);
-    test_system_rock(context, &system[INDEFINITE], &wall);
-    wall.courant = 1;
-    test_system_rock(context, &system[SOFT_WALL], &wall);
-    test_system_random(context, &system[SMALL], 5, 3, 8);
-    // Off-diagonal blocks grow beyond the diagonal.
-    nmm_bsr *K = &system[INDEFINITE].K;
-    for (int row = 700; row < 720; row++)
+// --- Systems
+
+// Off-diagonal blocks of some rows grow beyond the diagonal.
+static void make_indefinite(nmm_bsr *K) {
+    const int begin = 200, end = 220;
+    for (int row = begin; row < end; row++)
         for (int k = K->row_start[row]; k < K->row_start[row + 1]; k++)
             for (int i = 0; i < 4; i++)
                 K->value[4 * k + i] *=
-                    K->col[k] >= 700 && K->col[k] < 720 && K->col[k] != row ? 9 : 1;
+                    K->col[k] >= begin && K->col[k] < end && K->col[k] != row ? 9 : 1;
 }
 
-typedef struct outcome {
+static void make_systems(nmm_context *context, test_system system[N_SYSTEM]) {
+    rock wall = {.n_across = 4, .n_up = 3, .n_node = 7, .courant = 3, .spring = 50, .seed = 4};
+    test_system_rock(context, &system[WALL], &wall);
+    test_system_rock(context, &system[INDEFINITE], &wall);
+    test_system_rock(context, &system[HUGE_VALUES], &wall);
+    wall.courant = 1;
+    test_system_rock(context, &system[SOFT_WALL], &wall);
+    test_system_random(context, &system[SMALL], 5, 3, 8);
+    make_indefinite(&system[INDEFINITE].K);
+    for (int k = 0; k < 4 * system[HUGE_VALUES].n_block; k++)
+        system[HUGE_VALUES].K.value[k] *= 1e20;
+}
+
+// --- One case on one backend
+
+typedef struct side {
+    const nmm_solve_backend *backend;
+    nmm_context *memory;
+    nmm_solver *solver;
     nmm_solve_report report;
     double *u;
-} outcome;
+} side;
 
-static void run_variant(nmm_context *context, const nmm_solve_backend *backend, nmm_solver *solver,
-                        const test_system *system, const variant *v, outcome *result) {
+static void run_variant(side *s, const test_system *system, const variant *v) {
     const int n = 2 * system->K.n_row;
     nmm_context own = {.n_thread = 1};
     double *f = NULL;
     must(nmm_allocate(&own, &f, (size_t)n, sizeof *f));
+    const double load = v->load != 0 ? v->load : 1;
     for (int i = 0; i < n; i++) {
-        f[i] = v->load * system->f[i];
-        result->u[i] = v->guess * (1 + i % 3);
+        f[i] = v->idle ? 0 : load * system->f[i];
+        s->u[i] = v->guess * (1 + i % 3);
     }
-    must(backend->solve(context, solver, &system->K, f, result->u, v->keep_pattern, &v->options,
-                        &result->report));
+    const nmm_solve_options options = {.method = v->method,
+                                       .blocks = v->blocks,
+                                       .precision =
+                                           v->mixed ? NMM_PRECISION_MIXED : NMM_PRECISION_DOUBLE,
+                                       .reuse = v->reuse,
+                                       .tolerance = v->tolerance,
+                                       .stop_average_change = v->average,
+                                       .jacobi_damping = v->damping,
+                                       .max_iterations = v->most};
+    must(s->backend->solve(s->memory, s->solver, &system->K, f, s->u, v->keep, &options,
+                           &s->report));
     nmm_release(&own, &f);
 }
 
-// Everything but on_device, which must be true wherever kernels ran.
-static bool same_reports(const nmm_solve_report *a, const nmm_solve_report *b) {
-    return a->end == b->end && a->method == b->method && a->iterations == b->iterations &&
-           a->row == b->row && memcmp(&a->residual, &b->residual, sizeof(double)) == 0 &&
-           memcmp(&a->lambda_max, &b->lambda_max, sizeof(double)) == 0 &&
-           a->by_average_change == b->by_average_change;
+static void open_side(side *s, const nmm_solve_backend *backend, nmm_context *memory,
+                      const test_system *largest) {
+    nmm_context own = {.n_thread = 1};
+    s->backend = backend;
+    s->memory = memory;
+    must(backend->open(memory, &s->solver, largest->K.n_row, largest->n_block));
+    must(nmm_allocate(&own, &s->u, (size_t)largest->K.n_row, 2 * sizeof(double)));
 }
 
-static bool agree(const variant *v, int n, const outcome *host, const outcome *target, bool loud) {
+static void close_side(side *s) {
+    nmm_context own = {.n_live = 1};
+    s->backend->close(s->memory, &s->solver);
+    nmm_release(&own, &s->u);
+}
+
+// --- Comparison
+
+static bool same_bits(double a, double b) {
+    return memcmp(&a, &b, sizeof a) == 0;
+}
+
+// Everything but n_thread and on_device.
+static bool same_reports(const nmm_solve_report *a, const nmm_solve_report *b) {
+    return a->end == b->end && a->method == b->method && a->blocks == b->blocks &&
+           a->precision == b->precision && strcmp(a->why, b->why) == 0 && a->setups == b->setups &&
+           a->iterations == b->iterations && a->row == b->row &&
+           same_bits(a->residual, b->residual) && same_bits(a->lambda_max, b->lambda_max) &&
+           same_bits(a->lambda_min, b->lambda_min) && a->by_average_change == b->by_average_change;
+}
+
+static void print_case(const variant *v, const nmm_solve_report *r) {
+    printf("%-28s %-9s %-7s %-6s %5d iterations, residual %.2e, row %d: ", v->name,
+           nmm_solve_method_name(r->method), nmm_solve_blocks_name(r->blocks),
+           r->precision == NMM_PRECISION_MIXED ? "mixed" : "double", r->iterations, r->residual,
+           r->row);
+}
+
+// Is the case what its name says? In mixed precision the change ends a round, the residual the
+// solve.
+static bool as_meant(const variant *v, const nmm_solve_report *r) {
+    const bool narrow = r->precision == NMM_PRECISION_MIXED;
+    return r->end == v->end && narrow == (v->mixed && !v->falls_back) &&
+           r->by_average_change == (v->average && !v->mixed);
+}
+
+static bool agree(const variant *v, int n, const side *host, const side *target, bool loud) {
     const bool solution = memcmp(host->u, target->u, (size_t)n * sizeof(double)) == 0;
     const bool report = same_reports(&host->report, &target->report);
-    const bool place = target->report.on_device == (v->load != 0) && !host->report.on_device;
-    const bool end = host->report.end == v->end;
+    const bool kernels = !v->idle && !v->refused;
+    const bool place = target->report.on_device == kernels && !host->report.on_device;
+    const bool meant = as_meant(v, &host->report);
     if (loud) {
-        printf("%-36s %-8s %5d iterations, residual %.3g, row %d: solution %s, report %s, %s\n",
-               v->name, nmm_solve_method_name(host->report.method), host->report.iterations,
-               host->report.residual, host->report.row, solution ? "same bits" : "DIFFERS",
-               report ? "same" : "DIFFERS", place ? "on the device" : "NOT on the device");
-        if (!end) printf("    the host ends with: %s\n", nmm_solve_end_name(host->report.end));
+        print_case(v, &host->report);
+        printf("solution %s, report %s, %s\n", solution ? "same bits" : "DIFFERS",
+               report ? "same" : "DIFFERS",
+               !place    ? "NOT where it should run"
+               : kernels ? "on the device"
+                         : "no kernel needed");
+        if (!report) {
+            print_case(v, &target->report);
+            printf("on the target\n");
+        }
+        if (!meant) {
+            printf("    NOT as meant: %s %s\n", nmm_solve_end_name(host->report.end),
+                   host->report.why);
+        }
     }
-    return solution && report && place && end;
+    return solution && report && place && meant;
 }
 
-int test_agreement(nmm_context *context, bool loud) {
+int test_agreement(nmm_context *context, const agreement *how) {
     nmm_context own = {.n_thread = 2};
     test_system system[N_SYSTEM] = {0};
     make_systems(&own, system);
-    const nmm_solve_backend *backend[2] = {nmm_solve_host(), nmm_solve_target()};
-    nmm_context *memory[2] = {&own, context};
-    nmm_solver *solver[2] = {NULL, NULL};
-    outcome result[2] = {0};
-    const int max_row = system[WALL].K.n_row, max_block = system[WALL].n_block;
-    for (int b = 0; b < 2; b++) {
-        must(backend[b]->open(memory[b], &solver[b], max_row, max_block));
-        must(nmm_allocate(&own, &result[b].u, (size_t)max_row, 2 * sizeof(double)));
-    }
+    side host = {0}, target = {0};
+    open_side(&host, nmm_solve_host(), &own, &system[WALL]);
+    open_side(&target, nmm_solve_target(), context, &system[WALL]);
+    target.solver->team_rows = how->launches ? 0 : INT_MAX;
     int differing = 0;
-    for (int k = 0; k < N_VARIANT; k++) {
+    for (int k = 0; k < N_VARIANT && !(how->stop_early && differing > 0); k++) {
         const test_system *s = &system[variants[k].system];
-        for (int b = 0; b < 2; b++)
-            run_variant(memory[b], backend[b], solver[b], s, &variants[k], &result[b]);
-        differing += !agree(&variants[k], 2 * s->K.n_row, &result[0], &result[1], loud);
+        run_variant(&host, s, &variants[k]);
+        run_variant(&target, s, &variants[k]);
+        differing += !agree(&variants[k], 2 * s->K.n_row, &host, &target, how->loud);
     }
-    for (int b = 0; b < 2; b++) {
-        backend[b]->close(memory[b], &solver[b]);
-        nmm_release(&own, &result[b].u);
-    }
+    close_side(&host);
+    close_side(&target);
     for (int k = 0; k < N_SYSTEM; k++)
         test_system_destroy(&own, &system[k]);
     return differing + (own.n_live != 0);
+}
+
+uint64_t test_host_hash(void) {
+    nmm_context own = {.n_thread = 2};
+    test_system system[N_SYSTEM] = {0};
+    make_systems(&own, system);
+    side host = {0};
+    open_side(&host, nmm_solve_host(), &own, &system[WALL]);
+    uint64_t hash = NMM_HASH_START;
+    for (int k = 0; k < N_VARIANT; k++) {
+        const test_system *s = &system[variants[k].system];
+        run_variant(&host, s, &variants[k]);
+        hash = nmm_hash(hash, host.u, 2 * (size_t)s->K.n_row * sizeof(double));
+        if (!as_meant(&variants[k], &host.report)) printf("not as meant: %s\n", variants[k].name);
+    }
+    close_side(&host);
+    for (int k = 0; k < N_SYSTEM; k++)
+        test_system_destroy(&own, &system[k]);
+    return hash;
 }

@@ -35,10 +35,20 @@ static void test_same_as_host(void **state) {
     (void)state;
     if (nmm_solve_target_devices() == 0) skip();
     nmm_context context = {.n_thread = 1};
-    assert_int_equal(test_agreement(&context, true), 0);
-    // Opened a second time, at other addresses or the same.
-    assert_int_equal(test_agreement(&context, false), 0);
-    assert_int_equal(context.n_live, 0);
+    // One after the other, so that a solver is opened at other addresses or the same.
+    for (int launches = 0; launches < 2; launches++) {
+        const agreement how = {.launches = launches == 1, .loud = true};
+        printf("--- %s\n", how.launches ? "one launch for each kernel" : "one team");
+        assert_int_equal(test_agreement(&context, &how), 0);
+        assert_int_equal(context.n_live, 0);
+    }
+    printf("%d solves, each by both ways\n", test_agreement_cases());
+}
+
+// The same line in every build, with a target or without: tests/offload/preset.cmake compares them.
+static void test_host_bits(void **state) {
+    (void)state;
+    printf("solutions on the host: %016llx\n", (unsigned long long)test_host_hash());
 }
 
 static void test_serial_methods(void **state) {
@@ -97,7 +107,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_devices),      cmocka_unit_test(test_no_device),
         cmocka_unit_test(test_same_as_host), cmocka_unit_test(test_serial_methods),
-        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_no_memory),    cmocka_unit_test(test_host_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
