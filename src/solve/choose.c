@@ -10,15 +10,15 @@
 #include <math.h>
 
 // Prices in nanoseconds of one core of about 3 GHz; only their ratios matter.
-#define PER_BLOCK 0.55     // a 2x2 block in a product
-#define PER_ROW 3.5        // vectors of a row
-#define PER_DENSE_ROW 3.0  // its share of a dense block
-#define PER_FACTOR 0.6     // an entry of the coarse factor, twice
-#define PER_PART 40.0      // its three rows, twice
+#define PER_BLOCK 0.50     // a 2x2 block in a product
+#define PER_ROW 2.5        // vectors of a row
+#define PER_DENSE_ROW 2.0  // its share of a dense block
+#define PER_FACTOR 0.4     // an entry of the coarse factor, twice
+#define PER_PART 30.0      // its three rows, twice
 #define PER_MOVE 2.5       // restriction and prolongation of a row
 #define FIND_CLUSTERS 11.0 // by block
 #define TAKE_BLOCK 1.0     // copy
-#define INVERT_ROW 90.0
+#define INVERT_ROW 150.0
 #define DIVIDE_BLOCK 6.0
 #define PROJECT_BLOCK 8.0
 #define FACTORISE 0.45 // by multiplication
@@ -28,6 +28,10 @@
 
 // Iterations that tell a rate, and those before the next kind is thought of.
 #define FEW 4
+
+// Part of a preparation that one solve bears, because later ones of a step use most of it again,
+// and make some of it anew.
+#define BORNE 0.5
 
 typedef struct prices {
     double prepare[NMM_BLOCKS_BODY + 1], iterate[NMM_BLOCKS_BODY + 1];
@@ -41,23 +45,22 @@ static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
     prices p = {.largest = NMM_BLOCKS_CLUSTER};
     p.iterate[NMM_BLOCKS_COVER] = PER_BLOCK * n_block + PER_ROW * n;
     p.iterate[NMM_BLOCKS_CLUSTER] = p.iterate[NMM_BLOCKS_COVER] + PER_DENSE_ROW * n;
-    p.prepare[NMM_BLOCKS_CLUSTER] = TAKE_BLOCK * n_block;
-    if (!kept || !s->clusters_found) p.prepare[NMM_BLOCKS_CLUSTER] += FIND_CLUSTERS * n_block;
-    if (!reuse || !s->dense_made) p.prepare[NMM_BLOCKS_CLUSTER] += INVERT_ROW * n;
+    double make = 0;
+    if (!kept || !s->clusters_found) make += FIND_CLUSTERS * n_block;
+    if (!reuse || !s->dense_made) make += INVERT_ROW * n;
+    p.prepare[NMM_BLOCKS_CLUSTER] = TAKE_BLOCK * n_block + BORNE * make;
     if (s->staged || options->place == NULL || options->body == NULL) return p;
     p.largest = NMM_BLOCKS_BODY;
     const bool parts = kept && s->parts_found;
-    // Before the parts are known: a factor of about three rows' work each.
-    const double n_factor = parts ? (double)s->coarse.n_factor : 6 * n;
-    const double work = parts ? s->coarse.work : 120 * n;
+    // Before the parts are known: about what they come to.
     const double n_part = parts ? s->coarse.n_part : 0.1 * n;
+    const double n_factor = parts ? (double)s->coarse.n_factor : 10 * n;
+    const double work = parts ? s->coarse.work : 200 * n;
     p.iterate[NMM_BLOCKS_BODY] =
         p.iterate[NMM_BLOCKS_CLUSTER] + PER_FACTOR * n_factor + PER_PART * n_part + PER_MOVE * n;
-    p.prepare[NMM_BLOCKS_BODY] = p.prepare[NMM_BLOCKS_CLUSTER];
-    if (!parts) p.prepare[NMM_BLOCKS_BODY] += DIVIDE_BLOCK * n_block;
-    if (!reuse || !s->coarse_made) {
-        p.prepare[NMM_BLOCKS_BODY] += PROJECT_BLOCK * n_block + FACTORISE * work;
-    }
+    if (!parts) make += DIVIDE_BLOCK * n_block;
+    make += PROJECT_BLOCK * n_block + FACTORISE * work;
+    p.prepare[NMM_BLOCKS_BODY] = TAKE_BLOCK * n_block + BORNE * make;
     return p;
 }
 
@@ -81,18 +84,24 @@ static nmm_solve_blocks cheapest(const prices *p, const nmm_experience *experien
     return best;
 }
 
-// Iterations after which larger blocks should have been taken.
-static int budget_of(const prices *p, const nmm_experience *experience, nmm_solve_blocks blocks,
-                     double gain, int most) {
-    if (blocks >= p->largest) return most;
-    const nmm_solve_blocks next = (nmm_solve_blocks)(blocks + 1);
-    const double here = work_of(p, experience, blocks, gain);
-    const double there = work_of(p, experience, next, gain);
-    // Both known, and not better there: stay, unless it takes twice as long as thought.
-    const double work = there < INFINITY ? 2 * nmm_max(here < INFINITY ? here : 0, there)
-                                         : p->prepare[next] - p->prepare[blocks];
-    const double budget = FEW + work / p->iterate[blocks];
-    return budget < most ? (int)budget : most;
+// What to turn to when `blocks` turn out slow, and the work it would take: the best of the larger
+// kinds, where one not known yet counts with its preparation alone.
+static nmm_solve_blocks alternative(const prices *p, const nmm_experience *experience,
+                                    nmm_solve_blocks blocks, double gain, double *work) {
+    nmm_solve_blocks best = blocks;
+    *work = INFINITY;
+    for (int k = blocks + 1; k <= (int)p->largest; k++) {
+        double there = work_of(p, experience, (nmm_solve_blocks)k, gain);
+        const bool unknown = there == INFINITY;
+        if (unknown) there = p->prepare[k];
+        if (there < *work) {
+            *work = there;
+            best = (nmm_solve_blocks)k;
+        }
+        // One unknown kind at a time.
+        if (unknown) break;
+    }
+    return best;
 }
 
 // Orders of magnitude to go; the right-hand side counts, not the first guess.
@@ -139,18 +148,20 @@ nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, nmm_solve
     const nmm_solve_blocks first = now.blocks;
     int iterations = 0, setups = 0;
     for (;;) {
-        now.max_iterations = budget_of(&price, experience, now.blocks, gain, most - iterations);
+        double work_there = 0;
+        const nmm_solve_blocks next =
+            alternative(&price, experience, now.blocks, gain, &work_there);
+        const double budget = FEW + work_there / price.iterate[now.blocks];
+        now.max_iterations = budget < most - iterations ? (int)budget : most - iterations;
         TRY(run(context, solver, K, f, u, keep_pattern || iterations > 0, &now, report));
         iterations += report->iterations;
         setups += report->setups;
         const double before = solver->guess_norm, last = report->residual * solver->norm;
         learn(experience, now.blocks, report->iterations, before, last);
         const bool more = report->end == NMM_SOLVE_TOO_SLOW && iterations < most;
-        if (!more || (now.blocks == price.largest && now.max_iterations >= most - iterations)) {
-            break;
-        }
+        if (!more) break;
         gain = last > solver->limit && solver->limit > 0 ? log10(last / solver->limit) : gain;
-        if (now.blocks < price.largest) now.blocks = (nmm_solve_blocks)(now.blocks + 1);
+        now.blocks = next;
     }
     const double work = work_of(&price, experience, now.blocks, wanted);
     if (report->end == NMM_SOLVE_CONVERGED && work < INFINITY) {
