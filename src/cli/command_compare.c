@@ -277,6 +277,10 @@ static int judge(const comparison *c, const char *path) {
 
 int command_compare(const arguments *given) {
     comparison c = {0};
+    if (is_standard_input(given->path)) {
+        message_error("nmm compare: the scene is read twice, so it must be a file");
+        return EXIT_USAGE;
+    }
     int status = open_sides(&c, given);
     if (status == EXIT_DONE) status = take_steps(&c, given);
     if (status == EXIT_DONE) {

@@ -7,6 +7,7 @@
 #include "scene_open.h"
 
 #include <stdio.h>
+#include <string.h>
 
 static int draw(nmm_file *file, const arguments *given, const char *path) {
     nmm_plot_def def = nmm_default_plot_def();
@@ -14,8 +15,13 @@ static int draw(nmm_file *file, const arguments *given, const char *path) {
     if (given->field) def.field = given->field;
     if (given->scale > 0) def.scale = given->scale;
     if (given->width > 0) def.width = given->width;
-    if (nmm_file_plot(file, path, &def) != NMM_OK)
-        return message_failure(nmm_file_error(file), path);
+    if (nmm_file_plot(file, path, &def) != NMM_OK) {
+        const nmm_error *error = nmm_file_error(file);
+        // A frame or field that is not there is the run's matter, not the picture's.
+        const bool asked = error->status == NMM_ERROR_ARGUMENT || error->status == NMM_ERROR_INPUT;
+        const bool of_run = asked && !strstr(error->message, path);
+        return message_failure(error, of_run ? given->path : path);
+    }
     if (!given->quiet) printf("%s\n", path);
     return EXIT_DONE;
 }

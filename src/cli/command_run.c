@@ -14,6 +14,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 static nmm_status read_monitor(const run_report *report, int k, nmm_reading *reading) {
     return nmm_sim_monitor(report->source, k, reading);
@@ -114,14 +115,37 @@ static void print_warnings(nmm_sim *sim) {
         message_warning("%s", warning[i]);
 }
 
+/// Is the run file's name one that a slip of the hand would give? Says so.
+static bool is_wrong_output(const arguments *given, const char *path) {
+    static const struct {
+        const char *ending, *hint;
+    } other[] = {{".png", "a picture; nmm plot draws one from the run file"},
+                 {".svg", "a picture; nmm plot draws one from the run file"},
+                 {".pdf", "a picture; nmm plot draws one from the run file"},
+                 {".vtu", "a file that nmm export writes from the run file"},
+                 {".yaml", "a scene"},
+                 {".yml", "a scene"}};
+    const char *dot = strrchr(path, '.');
+    for (size_t k = 0; dot && k < sizeof other / sizeof *other; k++)
+        if (!strcasecmp(dot, other[k].ending)) {
+            message_error("nmm run: --output %s has the ending of %s; run files end in .vtkhdf",
+                          path, other[k].hint);
+            return true;
+        }
+    if (!given->output && is_standard_input(given->path)) {
+        message_error("nmm run: a scene from standard input needs --output");
+        return true;
+    }
+    if (!same_file(path, given->path)) return false;
+    message_error("nmm run: --output names the scene itself, %s", path);
+    return true;
+}
+
 int command_run(const arguments *given) {
     char chosen[4096];
     result_name(chosen, sizeof chosen, given->path, ".vtkhdf");
     const char *path = given->output ? given->output : chosen;
-    if (same_file(path, given->path)) {
-        message_error("nmm run: --output names the scene itself, %s", path);
-        return EXIT_USAGE;
-    }
+    if (is_wrong_output(given, path)) return EXIT_USAGE;
     interrupt_listen();
     nmm_sim *sim = NULL;
     nmm_output *output = NULL;

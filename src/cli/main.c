@@ -18,7 +18,8 @@
 const command command_table[] = {
     {"run", "SCENE", "Compute a scene and write its run file",
      "The run file is SCENE with the ending .vtkhdf, in the current folder, unless -o says\n"
-     "otherwise. ParaView opens it. Ctrl-C ends the run after the current step with a whole file;\n"
+     "otherwise; SCENE - is standard input. ParaView opens it. Ctrl-C ends the run after the "
+     "current step with a whole file;\n"
      "a second Ctrl-C ends it at once. --device target never falls back to the host.\n",
      "  nmm run slope.yaml\n"
      "  nmm run slope.yaml -o steep.vtkhdf --set gravity=[1,-9.81] --set time.end=2\n"

@@ -183,7 +183,8 @@ static const char *keep_value(int id, const char *value, arguments *given) {
     case OPTION_DEVICE:
         return read_device(value, &given->device) ? NULL : "host, target or auto";
     case OPTION_THREADS:
-        return read_integer(value, 1, 4096, &given->n_thread) ? NULL : "a whole number from 1";
+        return read_integer(value, 1, 4096, &given->n_thread) ? NULL
+                                                              : "a whole number from 1 to 4096";
     case OPTION_STEPS:
         return read_integer(value, 1, 1000000000, &given->n_step) ? NULL : "a whole number from 1";
     case OPTION_ALLOW:

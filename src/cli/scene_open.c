@@ -7,12 +7,41 @@
 #include "message.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-int scene_open(nmm_sim **sim, const arguments *given) {
-    nmm_sim_def def = nmm_default_sim_def();
-    def.path = given->path;
+bool is_standard_input(const char *path) {
+    return !strcmp(path, "-");
+}
+
+/// All of standard input into *text, to be freed in any case. Returns the exit status.
+static int read_standard_input(char **text, size_t *length) {
+    enum { MOST = 64 << 20 };
+    size_t room = 0;
+    *length = 0;
+    for (;;) {
+        if (*length == room) {
+            room = 2 * room + 65536;
+            char *grown = realloc(*text, room);
+            if (!grown) {
+                message_error("no memory for the scene on standard input");
+                return EXIT_SYSTEM;
+            }
+            *text = grown;
+        }
+        const size_t n = fread(*text + *length, 1, room - *length, stdin);
+        *length += n;
+        if (n == 0 || *length > MOST) break;
+    }
+    if (!ferror(stdin) && *length <= MOST) return EXIT_DONE;
+    message_error("standard input: %s",
+                  *length > MOST ? "the scene is larger than 64 MiB" : "cannot be read");
+    return EXIT_SYSTEM;
+}
+
+static int open_def(nmm_sim **sim, const arguments *given, nmm_sim_def def) {
+    def.path = def.text ? "<stdin>" : given->path;
     def.n_override = given->n_set;
     def.override = given->set;
     def.n_thread = given->n_thread;
@@ -24,6 +53,17 @@ int scene_open(nmm_sim **sim, const arguments *given) {
     fputs(mistakes, stderr);
     if (mistakes[strlen(mistakes) - 1] != '\n') fputc('\n', stderr);
     return exit_status_of(status);
+}
+
+int scene_open(nmm_sim **sim, const arguments *given) {
+    nmm_sim_def def = nmm_default_sim_def();
+    if (!is_standard_input(given->path)) return open_def(sim, given, def);
+    char *text = NULL;
+    int status = read_standard_input(&text, &def.text_length);
+    def.text = text;
+    if (status == EXIT_DONE) status = open_def(sim, given, def);
+    free(text);
+    return status;
 }
 
 int scene_warnings(const nmm_check *check, char warning[][WARNING_LENGTH]) {

@@ -11,6 +11,9 @@
 /// destroyed in any case. Returns the exit status.
 int scene_open(nmm_sim **sim, const arguments *given);
 
+/// "-" stands for standard input.
+bool is_standard_input(const char *path);
+
 /// Warnings about a scene, as lines; at most `room` of them. Returns their number.
 enum { WARNING_LENGTH = 256, MOST_WARNINGS = 4 };
 int scene_warnings(const nmm_check *check, char warning[][WARNING_LENGTH]);

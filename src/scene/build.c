@@ -120,7 +120,11 @@ static nmm_status build_initial(nmm_builder *b) {
 static nmm_status build_base_motion(nmm_builder *b) {
     const raw_base *raw = &b->raw->base_motion;
     if (!raw_good(&raw->head, "acceleration")) return NMM_OK;
-    return nmm_build_history(b, &raw->acceleration, "acceleration", &b->scene->base_motion);
+    TRY(nmm_build_history(b, &raw->acceleration, "acceleration", &b->scene->base_motion));
+    if (raw_given(&b->raw->head, "supports") && b->raw->supports.n > 0) return NMM_OK;
+    return nmm_scene_warn(b->reader->context, b->scene, raw->head.node->mark,
+                          "base_motion without supports: nothing is tied to the ground, so it acts "
+                          "as a force on all that is there");
 }
 
 // --- All

@@ -5,6 +5,7 @@
 #include "build.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 // --- Histories
@@ -131,6 +132,74 @@ static nmm_status build_support(nmm_builder *b, const raw_place *raw) {
     return NMM_OK;
 }
 
+static int compare_points(nmm_vec2 a, nmm_vec2 b) {
+    if (a.x != b.x) return a.x < b.x ? -1 : 1;
+    return (a.y > b.y) - (a.y < b.y);
+}
+
+// Order of supports by their places; 0: the same place, a segment either way round.
+static int compare_places(const nmm_scene_support *s, const nmm_scene_support *t) {
+    if (s->kind != t->kind) return s->kind < t->kind ? -1 : 1;
+    if (s->kind == NMM_PLACE_BLOCK) return strcmp(s->block, t->block);
+    const bool s_turned = compare_points(s->a, s->b) > 0, t_turned = compare_points(t->a, t->b) > 0;
+    const int first = compare_points(s_turned ? s->b : s->a, t_turned ? t->b : t->a);
+    return first != 0 ? first : compare_points(s_turned ? s->a : s->b, t_turned ? t->a : t->b);
+}
+
+static int compare_supports(const void *a, const void *b) {
+    const nmm_scene_support *s = *(const nmm_scene_support *const *)a;
+    const nmm_scene_support *t = *(const nmm_scene_support *const *)b;
+    const int places = compare_places(s, t);
+    return places != 0 ? places : (s > t) - (s < t);
+}
+
+// Is the motion along direction k (0: x, 1: y) the same? No history is a motion of 0.
+static bool same_motion(const nmm_scene *scene, const nmm_scene_support *s,
+                        const nmm_scene_support *t, int k) {
+    static const nmm_history rest = {0};
+    const nmm_history *p = s->history >= 0 ? &scene->history[s->history] : &rest;
+    const nmm_history *q = t->history >= 0 ? &scene->history[t->history] : &rest;
+    const int n = nmm_max_int(p->n, q->n);
+    for (int i = 0; i < n; i++) {
+        const bool timed = i < p->n && i < q->n && p->entry[3 * i] == q->entry[3 * i];
+        const double u = i < p->n ? p->entry[3 * i + 1 + k] : 0;
+        const double v = i < q->n ? q->entry[3 * i + 1 + k] : 0;
+        if (u != v || (u != 0 && !timed)) return false;
+    }
+    return true;
+}
+
+static nmm_status warn_conflict(nmm_builder *b, const nmm_scene_support *before,
+                                const nmm_scene_support *after) {
+    nmm_scene *scene = b->scene;
+    const bool x = before->fix_x && after->fix_x && !same_motion(scene, before, after, 0);
+    const bool y = before->fix_y && after->fix_y && !same_motion(scene, before, after, 1);
+    if (!x && !y) return NMM_OK;
+    return nmm_scene_warn(b->reader->context, scene, after->mark,
+                          "this support and the one at line %d hold the same place along %s with "
+                          "different motions; it will follow neither",
+                          before->mark.line,
+                          x && y ? "x and y"
+                          : x    ? "x"
+                                 : "y");
+}
+
+// Supports of one place that ask for different motions.
+static nmm_status check_supports(nmm_builder *b) {
+    nmm_scene *scene = b->scene;
+    const nmm_scene_support **sorted = NULL;
+    const size_t n = (size_t)scene->n_support;
+    TRY(nmm_arena_take(b->reader->context, &b->reader->arena, &sorted, n, sizeof *sorted));
+    for (size_t i = 0; i < n; i++)
+        sorted[i] = &scene->support[i];
+    if (n > 1) qsort(sorted, n, sizeof *sorted, compare_supports);
+    for (size_t i = 1; i < n; i++) {
+        if (compare_places(sorted[i - 1], sorted[i]) == 0)
+            TRY(warn_conflict(b, sorted[i - 1], sorted[i]));
+    }
+    return NMM_OK;
+}
+
 // --- Loads
 
 // A force belongs to a point, a traction to a segment.
@@ -197,6 +266,7 @@ nmm_status nmm_build_places(nmm_builder *b) {
     TRY(make_room(b));
     for (int i = 0; i < raw->supports.n; i++)
         TRY(build_support(b, (const raw_place *)raw->supports.item + i));
+    TRY(check_supports(b));
     for (int i = 0; i < raw->loads.n; i++)
         TRY(build_load(b, (const raw_place *)raw->loads.item + i));
     TRY(nmm_build_check_names(b, &raw->monitors, offsetof(raw_monitor, name)));

@@ -1,0 +1,159 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""What is allowed but hardly meant is told, with its place; wrong words get a hint that helps.
+
+    test_warnings.py PROGRAM
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = None
+
+HEAD = """nmm: 1
+materials:
+  rock: {density: 2500, youngs_modulus: 5e9, poissons_ratio: 0.25}
+  clay: {density: 1900, youngs_modulus: 5e7, poissons_ratio: 0.3}
+time: {dt: 1e-3, end: 3e-3}
+"""
+SQUARE = "domain:\n  - {polygon: [[0, 0], [1, 0], [1, 1], [0, 1]], material: rock}\n"
+OVERLAP = """blocks:
+  - {name: low, polygon: [[0, 0], [1, 0], [1, 1], [0, 1]], material: rock}
+  - {name: high, polygon: [[0, 0.999], [1, 0.999], [1, 2], [0, 2]], material: rock}
+supports:
+  - {block: low, fix: xy}
+"""
+TWO_MATERIALS = SQUARE + "  - {polygon: [[0, 0.5], [1, 0.5], [1, 2], [0, 2]], material: clay}\n"
+TWO_MOTIONS = SQUARE + """supports:
+  - {segment: [[0, 0], [1, 0]], fix: xy}
+  - {segment: [[1, 0], [0, 0]], fix: x, motion: [[0, 0, 0], [1, 0.1, 0]]}
+"""
+ONE_MOTION = TWO_MOTIONS.replace("fix: xy", "fix: y")
+SHAKEN = SQUARE + "base_motion: {acceleration: [[0, 0, 0], [1, 1, 0]]}\n"
+SOFT = SQUARE + """supports:
+  - {segment: [[0, 0], [1, 0]], fix: xy}
+"""
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def nmm(self, *words, scene=None, **more):
+        if scene is not None:
+            with open(os.path.join(self.folder, "scene.yaml"), "w", encoding="utf-8") as file:
+                file.write(HEAD + scene)
+        return subprocess.run([PROGRAM, *words], cwd=self.folder, text=True, capture_output=True,
+                              check=False, **more)
+
+
+class Warnings(Case):
+    def check(self, scene, line, *words):
+        """One warning at this line with these words, of check, its JSON and run."""
+        place = f"scene.yaml:{line}:"
+        for command in ["check"], ["run"]:
+            done = self.nmm(*command, "scene.yaml", scene=scene)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            told = [row for row in done.stderr.splitlines() if row.startswith(place)]
+            self.assertEqual(len(told), 1, done.stderr)
+            self.assertIn(": warning: ", told[0])
+            for word in words:
+                self.assertIn(word, told[0])
+        told = json.loads(self.nmm("check", "--json", "scene.yaml").stdout)["warnings"]
+        self.assertEqual(len([row for row in told if row.startswith(place)]), 1)
+
+    def silent(self, scene):
+        done = self.nmm("check", "-q", "scene.yaml", scene=scene)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_overlap_of_a_rounded_drawing(self):
+        self.check(OVERLAP, 8, "block 'high' overlaps block 'low' by 0.001 m")
+        self.silent(OVERLAP.replace("0.999", "1"))
+
+    def test_domain_of_two_materials(self):
+        self.check(TWO_MATERIALS, 8, "line 7", "0.5 m2", "of 'clay', not 'rock'")
+        self.silent(TWO_MATERIALS.replace("clay", "rock"))
+        self.silent(TWO_MATERIALS.replace("0.5]", "1]"))
+
+    def test_supports_that_disagree(self):
+        self.check(TWO_MOTIONS, 10, "line 9", "along x")
+        self.silent(ONE_MOTION)
+        self.silent(TWO_MOTIONS.replace("0.1, 0]", "0, 0]"))
+
+    def test_earthquake_without_supports(self):
+        self.check(SHAKEN, 8, "base_motion without supports")
+        self.silent(SHAKEN + SOFT[len(SQUARE):])
+
+    def test_support_that_gives_way(self):
+        soft = ["--set", "materials.rock.youngs_modulus=1", "--set", "materials.rock.density=1e5",
+                "--set", "time.end=0.5", "--set", "time.dt=0.01"]
+        done = self.nmm("run", "scene.yaml", "--json", *soft, scene=SOFT)
+        self.assertRegex(done.stderr, "warning: scene.yaml: a support gave way by ")
+        result = json.loads(done.stdout)
+        self.assertGreater(result["max_support_give"], 0.01 * result["cover_size"])
+        info = self.nmm("info", "scene.vtkhdf", "--json")
+        self.assertEqual(json.loads(info.stdout)["max_support_give"], result["max_support_give"])
+        done = self.nmm("run", "scene.yaml", "--json")
+        self.assertEqual(done.stderr, "")
+        result = json.loads(done.stdout)
+        self.assertLess(result["max_support_give"], 1e-4 * result["cover_size"])
+
+    def test_elements_inside_out(self):
+        done = self.nmm("run", "scene.yaml", "-q", "--set", "materials.rock.youngs_modulus=1",
+                        "--set", "materials.rock.density=1e5", "--set", "time.end=1",
+                        "--set", "time.dt=0.01", scene=SOFT)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"an element of block 0 near \(.*\) turned inside out")
+
+
+class Hints(Case):
+    def refused(self, *words, **more):
+        done = self.nmm(*words, **more)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1)
+        return done.stderr
+
+    def test_threads(self):
+        self.assertIn("1 to 4096", self.refused("run", "scene.yaml", "--threads", "100000"))
+
+    def test_output_of_another_kind(self):
+        for ending in "png", "SVG", "pdf", "vtu", "yaml", "yml":
+            told = self.refused("run", "scene.yaml", "-o", f"i.{ending}", scene=SQUARE)
+            self.assertIn("run files end in .vtkhdf", told)
+            self.assertFalse(os.path.exists(os.path.join(self.folder, f"i.{ending}")))
+        self.assertIn("nmm plot", self.refused("run", "scene.yaml", "-o", "i.png"))
+        self.assertIn("nmm export", self.refused("run", "scene.yaml", "-o", "i.vtu"))
+
+    def test_frame_and_field(self):
+        self.nmm("run", "scene.yaml", "-q", scene=SQUARE)
+        told = self.refused("plot", "scene.vtkhdf", "-o", "i.png", "--frame", "99999")
+        self.assertRegex(told, r"^error: scene.vtkhdf: frame 99999 is not there")
+        told = self.refused("plot", "scene.vtkhdf", "-o", "i.png", "--field", "colour")
+        self.assertRegex(told, r"^error: scene.vtkhdf: unknown field 'colour'")
+        told = self.refused("plot", "scene.vtkhdf", "-o", "i.bmp")
+        self.assertRegex(told, r"^error: i.bmp: a picture's name ends in")
+
+    def test_standard_input(self):
+        by_name = self.nmm("run", "scene.yaml", "--json", scene=SQUARE)
+        done = self.nmm("run", "-", "--json", "-o", "in.vtkhdf", input=HEAD + SQUARE)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads(done.stdout)["state_hash"],
+                         json.loads(by_name.stdout)["state_hash"])
+        self.assertIn("--output", self.refused("run", "-", input=HEAD + SQUARE))
+        done = self.nmm("check", "-", input=HEAD + SQUARE.replace("polygon", "poligon"))
+        self.assertEqual(done.returncode, 3)
+        self.assertTrue(re.match(r"<stdin>:7:\d+: error: ", done.stderr), done.stderr)
+        self.assertEqual(self.nmm("check", "-", input="").returncode, 3)
+        self.assertIn("file", self.refused("compare", "-", input=HEAD + SQUARE))
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
