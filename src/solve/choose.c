@@ -21,7 +21,7 @@
 #define INVERT_ROW 150.0
 #define DIVIDE_BLOCK 6.0
 #define PROJECT_BLOCK 8.0
-#define FACTORISE 0.45 // by multiplication
+#define FACTORISE 0.15 // by multiplication
 
 // Solves after which rates are measured anew.
 #define MEMORY 100

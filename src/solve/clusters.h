@@ -46,11 +46,4 @@ nmm_status nmm_clusters_find(nmm_context *context, nmm_clusters *clusters, const
 /// Values of K in the new order.
 void nmm_clusters_take(const nmm_clusters *clusters, const nmm_bsr *K, int n_thread, double *value);
 
-/// Invert the diagonal block of each group: dense[g] * scale[g], symmetric [16][16], zero for empty
-/// places. A block that is not safely positive definite is replaced by its 2x2 diagonal blocks.
-/// `keep`: those whose diagonal is within a few per cent of what it was stay as they are.
-/// The number of blocks made.
-int nmm_clusters_invert(nmm_clusters *clusters, const int *row_start, const int *col,
-                        const double *value, int n_thread, bool keep, float *dense, double *scale);
-
 #endif

@@ -14,9 +14,6 @@
 #define PART_SHARE 0.2
 #define LEAST_ROWS 10
 
-// A pivot below this part of its diagonal: the motion moves nothing that others do not.
-#define SINGULAR 1e-10
-
 // --- Memory
 
 static void release_rows(nmm_context *context, nmm_coarse *c) {
@@ -259,80 +256,4 @@ nmm_status nmm_coarse_divide(nmm_context *context, nmm_coarse *coarse,
     const nmm_status status = divide(context, coarse, source, box, n_body);
     nmm_release(context, &box);
     return status;
-}
-
-// --- Values
-
-// Part J's motion of row j, projected on part I's motion of row i, eq. (6.11).
-static void project_block(const double *v, const double *arm_i, const double *arm_j,
-                          double a[3][3]) {
-    for (int x = 0; x < 2; x++) {
-        a[x][0] = v[2 * x];
-        a[x][1] = v[2 * x + 1];
-        a[x][2] = v[2 * x + 1] * arm_j[0] - v[2 * x] * arm_j[1];
-    }
-    for (int k = 0; k < 3; k++)
-        a[2][k] = a[1][k] * arm_i[0] - a[0][k] * arm_i[1];
-}
-
-// Rows of the projected matrix for one part; the diagonal into c->inverse.
-static void project_part(nmm_coarse *c, const nmm_coarse_source *s, int p) {
-    for (int r = 3 * p; r < 3 * p + 3; r++) {
-        memset(c->factor + c->offset[r] + c->first[r], 0,
-               (size_t)(r - c->first[r]) * sizeof(double));
-        c->inverse[r] = 0;
-    }
-    for (int k = c->start[p]; k < c->start[p + 1]; k++) {
-        const int i = c->row[k];
-        for (int e = s->row_start[i]; e < s->row_start[i + 1]; e++) {
-            const int j = s->col[e], q = c->part[j];
-            if (q > p) continue;
-            double a[3][3];
-            project_block(s->value + 4 * (long)e, c->arm + 2 * (long)i, c->arm + 2 * (long)j, a);
-            for (int x = 0; x < 3; x++) {
-                double *row = c->factor + c->offset[3 * p + x] + 3 * q;
-                const int n = q < p ? 3 : x;
-                for (int y = 0; y < n; y++)
-                    row[y] += a[x][y];
-                if (q == p) c->inverse[3 * p + x] += a[x][x];
-            }
-        }
-    }
-}
-
-// Eight sums side by side, then one: an order that vector units keep to.
-static double dot(const double *a, const double *b, int n) {
-    double sum[8] = {0};
-    int k = 0;
-    for (; k + 8 <= n; k += 8)
-        for (int i = 0; i < 8; i++)
-            sum[i] += a[k + i] * b[k + i];
-    for (int i = 0; k < n; k++, i++)
-        sum[i] += a[k] * b[k];
-    for (int i = 0; i < 4; i++)
-        sum[i] += sum[i + 4];
-    return (sum[0] + sum[2]) + (sum[1] + sum[3]);
-}
-
-static void factorise(nmm_coarse *c) {
-    for (int i = 0; i < 3 * c->n_part; i++) {
-        double *row = c->factor + c->offset[i];
-        const int first = c->first[i];
-        for (int j = first; j < i; j++) {
-            const int from = nmm_max_int(first, c->first[j]);
-            const double *other = c->factor + c->offset[j];
-            row[j] = (row[j] - dot(row + from, other + from, j - from)) * c->inverse[j];
-        }
-        const double diagonal = c->inverse[i];
-        const double pivot = diagonal - dot(row + first, row + first, i - first);
-        c->inverse[i] = pivot > SINGULAR * diagonal ? 1 / sqrt(pivot) : 0;
-    }
-}
-
-void nmm_coarse_make(nmm_coarse *coarse, const nmm_coarse_source *source) {
-    const int n_part = coarse->n_part, n_thread = source->n_thread;
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1)
-    for (int p = 0; p < n_part; p++)
-        project_part(coarse, source, p);
-    factorise(coarse);
 }

@@ -47,7 +47,4 @@ void nmm_coarse_destroy(nmm_context *context, nmm_coarse *coarse);
 nmm_status nmm_coarse_divide(nmm_context *context, nmm_coarse *coarse,
                              const nmm_coarse_source *source);
 
-/// Project the matrix on the motions of the parts and factorise it.
-void nmm_coarse_make(nmm_coarse *coarse, const nmm_coarse_source *source);
-
 #endif

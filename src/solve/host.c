@@ -1,31 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// The host backend: which variant of the Jacobi family runs.
+// The host backend.
 
 #include "choose.h"
 #include "direct.h"
-
-static bool has_avx2(void) {
-#if defined(__x86_64__)
-    return __builtin_cpu_supports("avx2");
-#else
-    return false;
-#endif
-}
 
 static nmm_status open_host(nmm_context *context, nmm_solver **solver, int max_row, int max_block) {
     const nmm_status status = nmm_solver_create(context, solver, max_row, max_block, false);
     if (status != NMM_OK) nmm_solver_destroy(context, solver);
     return status;
-}
-
-static double run_jacobi_family(nmm_solver *solver, const double *u, nmm_solve_report *report) {
-    const bool wide = has_avx2();
-    if (solver->n_thread > 1) {
-        return wide ? nmm_jacobi_threads_avx2(solver, u, report)
-                    : nmm_jacobi_threads(solver, u, report);
-    }
-    return wide ? nmm_jacobi_serial_avx2(solver, u, report) : nmm_jacobi_serial(solver, u, report);
 }
 
 static nmm_status run_host(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
@@ -41,7 +24,7 @@ static nmm_status run_host(nmm_context *context, nmm_solver *solver, const nmm_b
     const nmm_solve_method method = solver->options.method;
     const bool serial = method == NMM_SOLVE_SOR || method == NMM_SOLVE_GAUSS_SEIDEL;
     const double norm =
-        serial ? nmm_sor_run(solver, u, report) : run_jacobi_family(solver, u, report);
+        serial ? nmm_sor_run(solver, u, report) : solver->variant->run(solver, u, report);
     nmm_solver_finish(solver, norm, u, report);
     return NMM_OK;
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // The Jacobi family on the host, one variant: the includer defines VARIANT, the name of the
-// function, and THREADS where loops are to be shared. With threads a batch is one parallel region,
-// so that threads start once for several iterations; inside it loops are shared by `omp for`, whose
-// barrier separates kernels. Nothing is sent or fetched. Not `omp target` without a device: each
-// such region builds and destroys its threads anew.
+// table of its functions, and THREADS where loops are to be shared. With threads a batch is one
+// parallel region, so that threads start once for several iterations; inside it loops are shared by
+// `omp for`, whose barrier separates kernels. Nothing is sent or fetched. Not `omp target` without
+// a device: each such region builds and destroys its threads anew.
 
 #include "solver.h"
 #include "sweeps.h"
@@ -56,6 +56,8 @@ typedef wide_lanes lanes_wide;
 
 #include "jacobi_methods.inl"
 
-double VARIANT(nmm_solver *solver, const double *u, nmm_solve_report *report) {
-    return run_method(solver, u, report);
-}
+#include "clusters_invert.inl"
+#include "coarse_make.inl"
+
+const nmm_variant VARIANT = {
+    .run = run_method, .invert = invert_clusters, .make_coarse = make_coarse};

@@ -3,8 +3,8 @@
 // The methods of the Jacobi family, built from the kernels of both precisions; the same words as in
 // jacobi_kernels.inl, which is included twice before this. Control stays on the host.
 
-// Largest gain asked of one round in float32: of a recursion, and of sweeps, whose residual is summed
-// up anew and falls no further than rounding lets it.
+// Largest gain asked of one round in float32: of a recursion, and of sweeps, whose residual is
+// summed up anew and falls no further than rounding lets it.
 #define NARROW_GAIN 1e-5
 #define NARROW_SWEEP_GAIN 1e-2
 

@@ -2,5 +2,5 @@
 //
 // The Jacobi family on one thread of any x86-64.
 
-#define VARIANT nmm_jacobi_serial
+#define VARIANT nmm_variant_serial
 #include "jacobi_host.inl"

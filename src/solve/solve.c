@@ -221,6 +221,19 @@ nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, cons
     return NMM_OK;
 }
 
+static bool has_avx2(void) {
+#if defined(__x86_64__)
+    return __builtin_cpu_supports("avx2");
+#else
+    return false;
+#endif
+}
+
+static const nmm_variant *choose_variant(int n_thread) {
+    if (n_thread > 1) return has_avx2() ? &nmm_variant_threads_avx2 : &nmm_variant_threads;
+    return has_avx2() ? &nmm_variant_serial_avx2 : &nmm_variant_serial;
+}
+
 nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                               bool keep_pattern, const nmm_solve_options *options) {
     TRY(nmm_solver_check(context, solver, K, options));
@@ -237,6 +250,7 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
     solver->n_row = K->n_row;
     solver->n_block = n_block;
     solver->n_thread = K->n_row < ROWS_FOR_THREADS ? 1 : solver->options.n_thread;
+    solver->variant = choose_variant(solver->n_thread);
     if (solver->options.precision == NMM_PRECISION_MIXED) {
         TRY(nmm_solver_own_narrow(context, solver));
     }
@@ -412,8 +426,8 @@ static bool take_narrow(nmm_solver *s) {
 // Inverted clusters and coarse factor, where there are none to reuse.
 static nmm_status make_blocks(nmm_context *context, nmm_solver *s, nmm_solve_report *report) {
     if (s->blocks < NMM_BLOCKS_CLUSTER) return NMM_OK;
-    const int made = nmm_clusters_invert(&s->clusters, s->row_start, s->col, s->wide.value,
-                                         s->n_thread, s->dense_made, s->dense_room, s->dense_scale);
+    const int made = s->variant->invert(&s->clusters, s->row_start, s->col, s->wide.value,
+                                        s->n_thread, s->dense_made, s->dense_room, s->dense_scale);
     s->dense_new = made > 0;
     s->dense_made = true;
     report->setups += made > 0;
@@ -430,7 +444,7 @@ static nmm_status make_blocks(nmm_context *context, nmm_solver *s, nmm_solve_rep
                                       .body = s->options.body};
     if (!s->parts_found) TRY(nmm_coarse_divide(context, &s->coarse, &source));
     s->parts_found = true;
-    nmm_coarse_make(&s->coarse, &source);
+    s->variant->make_coarse(&s->coarse, &source);
     s->coarse_made = true;
     report->setups += 1;
     return NMM_OK;

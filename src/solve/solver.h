@@ -72,6 +72,8 @@ typedef struct nmm_experience {
     int solves;     // since they were last forgotten
 } nmm_experience;
 
+typedef struct nmm_variant nmm_variant;
+
 /// Rows 0 .. n_row - 1 of the caller; 0 .. n - 1 in the iteration. D: the diagonal blocks of K that
 /// are inverted. Right-hand side and unknowns are scaled by a power of two, so that max |f| is
 /// 0.5 .. 1.
@@ -80,6 +82,7 @@ struct nmm_solver {
     int max_n;   // rows of the iteration there is room for, padding included
     bool staged; // the matrix is copied in any case; else only where it is reordered
     int n_row, n_block, n_thread;
+    const nmm_variant *variant;
     bool pattern_kept;       // row_start and col hold what they held in the last solve
     nmm_solve_blocks blocks; // those of this solve, never auto
     // The matrix of the iteration: the caller's, or copies.
@@ -168,10 +171,29 @@ void nmm_lanczos_bounds(int n, double history[][2], double bounds[2]);
 /// residual norm.
 double nmm_sor_run(nmm_solver *solver, const double *u, nmm_solve_report *report);
 
-/// The Jacobi family on the host: the same text, compiled for one thread and for several, for any
-/// x86-64 and for those with AVX2. The same bits. Result and return value as nmm_sor_run.
+/// Invert the diagonal block of each group: dense[g] * scale[g], symmetric [16][16], zero for empty
+/// places. A block that is not safely positive definite is replaced by its 2x2 diagonal blocks.
+/// `keep`: those whose diagonal is within a few per cent of what it was stay as they are.
+/// The number of blocks made.
+typedef int nmm_invert(nmm_clusters *clusters, const int *row_start, const int *col,
+                       const double *value, int n_thread, bool keep, float *dense, double *scale);
+
+/// Project the matrix on the motions of the parts and factorise it.
+typedef void nmm_make_coarse(nmm_coarse *coarse, const nmm_coarse_source *source);
+
+/// A prepared solve from the first guess u. The result is in solver->wide.u; returns its true
+/// residual norm.
 typedef double nmm_jacobi_run(nmm_solver *solver, const double *u, nmm_solve_report *report);
-nmm_jacobi_run nmm_jacobi_serial, nmm_jacobi_threads, nmm_jacobi_serial_avx2,
-    nmm_jacobi_threads_avx2;
+
+/// What takes time on the host, in the same text, compiled for one thread and for several, for any
+/// x86-64 and for those with AVX2. The same bits.
+struct nmm_variant {
+    nmm_jacobi_run *run;
+    nmm_invert *invert;
+    nmm_make_coarse *make_coarse;
+};
+
+extern const nmm_variant nmm_variant_serial, nmm_variant_threads;
+extern const nmm_variant nmm_variant_serial_avx2, nmm_variant_threads_avx2;
 
 #endif
