@@ -23,6 +23,7 @@
 
 #define PARALLEL_FOR _Pragma("omp target teams distribute parallel for")
 #define SINGLE _Pragma("omp target")
+#define JOIN
 #define BATCH GUARDED
 #define ON_DEVICE (!omp_is_initial_device())
 

@@ -18,51 +18,56 @@
 
 #define PARALLEL_FOR _Pragma("omp for schedule(static)")
 #define SINGLE _Pragma("omp single")
+#define JOIN
 #define BATCH                                                                                      \
     attach(s);                                                                                     \
     GUARDED _Pragma("omp target parallel")
 #define ON_DEVICE (!omp_is_initial_device())
 
-// Everything that kernels look up in `s`.
+// One thing that kernels look up in `s`: a transfer like the others, made on the device.
+#define ATTACH(member, value)                                                                      \
+    if (TRANSFER_NUMBER != left_out) s->member = (value)
+
 static void attach(const nmm_solver *solver) {
     nmm_solver *s = (nmm_solver *)solver;
+    const int left_out = TRANSFER_LEFT_OUT, n = s->n;
     int *row_start = s->row_start, *col = s->col;
-    nmm_wide w = s->wide;
-    nmm_narrow v = s->narrow;
+    const nmm_wide w = s->wide;
+    const nmm_narrow v = s->narrow;
     double *value = w.value, *inverse = w.inverse, *f = w.f, *u = w.u, *r = w.r;
     double *p = w.p, *q = w.q, *z = w.z;
     float *value4 = v.value, *inverse4 = v.inverse, *f4 = v.f, *u4 = v.u, *r4 = v.r;
     float *p4 = v.p, *q4 = v.q, *z4 = v.z, *dense = s->dense;
     double *scale = s->dense_scale, *part = s->part, *chunk = s->chunk;
     nmm_iteration *state = s->state;
-    const int n = s->n;
+    // On the device a pointer to nothing need not be NULL.
     const bool has_dense = dense != NULL;
 #pragma omp target
     {
-        s->n = n;
-        s->row_start = row_start;
-        s->col = col;
-        s->wide.value = value;
-        s->wide.inverse = inverse;
-        s->wide.f = f;
-        s->wide.u = u;
-        s->wide.r = r;
-        s->wide.p = p;
-        s->wide.q = q;
-        s->wide.z = z;
-        s->narrow.value = value4;
-        s->narrow.inverse = inverse4;
-        s->narrow.f = f4;
-        s->narrow.u = u4;
-        s->narrow.r = r4;
-        s->narrow.p = p4;
-        s->narrow.q = q4;
-        s->narrow.z = z4;
-        s->dense = has_dense ? dense : NULL;
-        s->dense_scale = scale;
-        s->part = part;
-        s->chunk = chunk;
-        s->state = state;
+        ATTACH(n, n);
+        ATTACH(row_start, row_start);
+        ATTACH(col, col);
+        ATTACH(wide.value, value);
+        ATTACH(wide.inverse, inverse);
+        ATTACH(wide.f, f);
+        ATTACH(wide.u, u);
+        ATTACH(wide.r, r);
+        ATTACH(wide.p, p);
+        ATTACH(wide.q, q);
+        ATTACH(wide.z, z);
+        ATTACH(narrow.value, value4);
+        ATTACH(narrow.inverse, inverse4);
+        ATTACH(narrow.f, f4);
+        ATTACH(narrow.u, u4);
+        ATTACH(narrow.r, r4);
+        ATTACH(narrow.p, p4);
+        ATTACH(narrow.q, q4);
+        ATTACH(narrow.z, z4);
+        ATTACH(dense, has_dense ? dense : NULL);
+        ATTACH(dense_scale, scale);
+        ATTACH(part, part);
+        ATTACH(chunk, chunk);
+        ATTACH(state, state);
     }
 }
 
@@ -86,12 +91,12 @@ static void attach(const nmm_solver *solver) {
 
 #include "../src/solve/jacobi_methods.inl"
 
+double nmm_target_team(nmm_solver *solver, const double *u, nmm_solve_report *report) {
+    return run_method(solver, u, report);
+}
+
 #ifdef NMM_TRANSFER_TEST
 int nmm_transfer_count_team(void) {
     return __COUNTER__;
 }
 #endif
-
-double nmm_target_team(nmm_solver *solver, const double *u, nmm_solve_report *report) {
-    return run_method(solver, u, report);
-}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The host backend.
+// The host backend: whole solves, and on how many threads.
 
 #include "choose.h"
 #include "direct.h"
@@ -15,9 +15,13 @@ static nmm_status run_host(nmm_context *context, nmm_solver *solver, const nmm_b
                            const double *f, double *u, bool keep_pattern,
                            const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_prepare(context, solver, K, keep_pattern, options));
+    nmm_pace *pace = &solver->pace[solver->blocks];
+    const bool several = solver->n_thread > 1;
+    if (several && !nmm_pace_shares(pace)) nmm_solver_use_threads(solver, 1);
     if (solver->options.method == NMM_SOLVE_DIRECT) {
         return nmm_direct_solve(context, solver, K, f, u, report);
     }
+    const double began = nmm_clock();
     bool ready = false;
     TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
     if (!ready) return NMM_OK;
@@ -26,6 +30,9 @@ static nmm_status run_host(nmm_context *context, nmm_solver *solver, const nmm_b
     const double norm =
         serial ? nmm_sor_run(solver, u, report) : solver->variant->run(solver, u, report);
     nmm_solver_finish(solver, norm, u, report);
+    if (several) {
+        nmm_pace_note(pace, solver->n_thread > 1, report->iterations, nmm_clock() - began);
+    }
     return NMM_OK;
 }
 

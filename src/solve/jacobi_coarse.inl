@@ -26,6 +26,7 @@ static void NAME(restrict_residual)(const nmm_solver *s) {
         load[3 * (long)p + 1] = y;
         load[3 * (long)p + 2] = turn;
     }
+    JOIN;
 }
 
 // z += P move.
@@ -43,6 +44,7 @@ static void NAME(prolong_move)(const nmm_solver *s) {
         z[i] += (REAL)(m[0] - m[2] * arm[i + 1]);
         z[i + 1] += (REAL)(m[1] + m[2] * arm[i]);
     }
+    JOIN;
 }
 
 // z += P A^-1 P^T r, and what that adds to r.z.
@@ -58,5 +60,6 @@ static void NAME(correct_coarse)(const nmm_solver *s) {
             state->sum[0] += sum;
         }
     }
+    JOIN;
     NAME(prolong_move)(s);
 }

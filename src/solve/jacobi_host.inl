@@ -13,12 +13,15 @@
 #include <string.h>
 
 #ifdef THREADS
-#define PARALLEL_FOR _Pragma("omp for schedule(static)")
-#define SINGLE _Pragma("omp single")
+#include "barrier.h"
+#define PARALLEL_FOR _Pragma("omp for schedule(static) nowait")
+#define SINGLE _Pragma("omp master")
+#define JOIN nmm_barrier_wait(s->barrier)
 #define BATCH _Pragma("omp parallel num_threads(s->n_thread)")
 #else
 #define PARALLEL_FOR
 #define SINGLE
+#define JOIN
 #define BATCH
 #endif
 #define SEND(p, n) ((void)(n))

@@ -9,6 +9,7 @@
 //   NAME(x)       x with a suffix for the precision
 //   PARALLEL_FOR  before a loop whose rounds are independent
 //   SINGLE        before a block of scalar work on the data of the kernels
+//   JOIN          after either: all threads have done their part
 //   BATCH         before a block that calls kernels of the solver `s` many times in a row
 //   SEND(p, n)    make what the host wrote into p[0 .. n) known to the kernels
 //   FETCH(p, n)   make what the kernels wrote known to the host
@@ -16,8 +17,8 @@
 //   LANES         defined where the compiler has vectors of GNU C
 //   HAS_COARSE    defined where the coarse correction can be in use
 //
-// On the host a batch is one parallel region, which all threads walk through together, and
-// PARALLEL_FOR shares the rounds of a loop among them; on a target each kernel is sent off alone.
+// On the host a batch is one parallel region, which all threads walk through together,
+// PARALLEL_FOR shares the rounds of a loop among them and JOIN is a barrier; on a target each kernel is sent off alone.
 // The unit of work is a group of 8 block rows. Every sum is taken over the rows of a group, then
 // over groups, then over chunks of groups: the same bits for any number of threads, and on the
 // target. Equations: docs/theory/6-solve.md.
@@ -156,6 +157,7 @@ static void NAME(measure_rows)(const nmm_solver *s) {
         part[2 * (long)group] = NAME(dot_group)(rg, zg, 2 * (end - first));
         part[2 * (long)group + 1] = NAME(dot_group)(rg, rg, 2 * (end - first));
     }
+    JOIN;
 }
 
 // q = K p; terms of p.q.
@@ -176,6 +178,7 @@ static void NAME(multiply_direction)(const nmm_solver *s) {
         part[2 * (long)group] = NAME(dot_group)(p + at, q + at, 2 * (end - first));
         part[2 * (long)group + 1] = 0;
     }
+    JOIN;
 }
 
 // Sweep k of a batch, of block Jacobi or Chebyshev, eq. (6.4) and (6.12): p = a p + b D^-1 r, to =
@@ -210,6 +213,7 @@ static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, int k) 
         part[2 * (long)group] = NAME(dot_group)(r, z, 2 * (end - first));
         part[2 * (long)group + 1] = NAME(dot_group)(r, r, 2 * (end - first));
     }
+    JOIN;
 }
 
 // --- Kernels: vectors
@@ -238,6 +242,7 @@ static void NAME(advance)(const nmm_solver *s) {
         part[2 * (long)group] = NAME(dot_group)(rg, zg, 2 * (end - first));
         part[2 * (long)group + 1] = NAME(dot_group)(rg, rg, 2 * (end - first));
     }
+    JOIN;
 }
 
 // p = z + beta p.
@@ -254,6 +259,7 @@ static void NAME(turn)(const nmm_solver *s) {
         for (long i = 2 * (long)first; i < 2 * (long)end; i++)
             p[i] = beta == 0 ? z[i] : z[i] + beta * p[i];
     }
+    JOIN;
 }
 
 // Terms of the sums of |u - q| and |u|.
@@ -272,6 +278,7 @@ static void NAME(measure_change)(const nmm_solver *s) {
         part[2 * (long)group] = sum0;
         part[2 * (long)group + 1] = sum1;
     }
+    JOIN;
 }
 
 #ifdef HAS_COARSE

@@ -82,6 +82,7 @@ static void scatter(const nmm_solver *s) {
         part[2 * (long)group] = dot_group_wide(rg, zg, 2 * (end - first));
         part[2 * (long)group + 1] = dot_group_wide(rg, rg, 2 * (end - first));
     }
+    JOIN;
 }
 
 // --- Float32 corrections
@@ -96,6 +97,7 @@ static void begin_correction(const nmm_solver *s, double norm) {
         f[i] = (float)(r[i] / norm);
         u[i] = 0;
     }
+    JOIN;
 }
 
 // u += factor * correction.
@@ -106,6 +108,7 @@ static void add_correction(const nmm_solver *s, double factor) {
     PARALLEL_FOR
     for (int i = 0; i < n; i++)
         u[i] += factor * (double)correction[i];
+    JOIN;
 }
 
 // One round in float32, by sweeps or, where there is no plan, conjugate gradients.
@@ -191,10 +194,8 @@ static double run_pcg(nmm_solver *s, const double *u, nmm_solve_report *report) 
 }
 
 // Bounds of the spectrum of D^-1 K by Lanczos steps, which are those of conjugate gradients,
-// eq. (6.9). Uses u.
+// eq. (6.9). Leaves its sums in u, which nothing reads.
 static void estimate_bounds(nmm_solver *s, double bounds[2], nmm_solve_report *report) {
-    memset(s->wide.u, 0, 2 * (size_t)s->n * sizeof(double));
-    SEND(s->wide.u, 2 * (long)s->n);
     s->state->limit = 0;
     SEND(s->state, 1);
     BATCH {

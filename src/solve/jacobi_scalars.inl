@@ -29,6 +29,7 @@ static void sum_chunks(const nmm_solver *s) {
         chunk[2 * (long)k + 1] = sum1;
         if (k == 0) state->on_device = ON_DEVICE;
     }
+    JOIN;
 }
 
 static inline void add_chunks(const double *chunk, int n_chunk, double sum[2]) {
@@ -53,6 +54,7 @@ static void total(const nmm_solver *s) {
     SINGLE {
         add_chunks(chunk, n_chunk, state->sum);
     }
+    JOIN;
 }
 
 // The recursion of conjugate gradients begins from r.z and r.r.
@@ -67,6 +69,7 @@ static void begin_recursion(const nmm_solver *s) {
         if (state->sum[1] <= state->limit) state->stop = NMM_STOP_SMALL;
         if (!is_finite(state->sum[0] + state->sum[1])) state->stop = NMM_STOP_BROKEN;
     }
+    JOIN;
 }
 
 // beta = new rho / rho, eq. (6.7); none before the first direction.
@@ -81,6 +84,7 @@ static void find_turn(const nmm_solver *s) {
             if (!is_finite(state->beta)) state->stop = NMM_STOP_BROKEN;
         }
     }
+    JOIN;
 }
 
 // alpha = rho / p.q, eq. (6.6).
@@ -97,6 +101,7 @@ static void find_step(const nmm_solver *s) {
             state->alpha = state->rho / curvature;
         }
     }
+    JOIN;
 }
 
 // Is the residual small enough?
@@ -117,4 +122,5 @@ static void look_at_residual(const nmm_solver *s) {
             if (!is_finite(state->sum[0] + state->sum[1])) state->stop = NMM_STOP_BROKEN;
         }
     }
+    JOIN;
 }

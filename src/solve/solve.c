@@ -5,13 +5,14 @@
 // 2x2 diagonal blocks are inverted. After: the result is judged by its true residual and written
 // back. Wrong systems end with a report that names the row; the iteration never sees them.
 
+#include "barrier.h"
 #include "direct.h"
 
 #include <math.h>
 #include <string.h>
 
-// Below this many rows one thread is fastest (docs/offload.md has the measurement).
-#define ROWS_FOR_THREADS 2000
+// Below this many rows one thread is fastest on any machine; above it the pace decides.
+#define ROWS_FOR_THREADS 1000
 
 // A diagonal block whose second pivot is below this part of its diagonal counts as singular.
 #define SINGULAR 1e-14
@@ -90,6 +91,7 @@ nmm_status nmm_solver_create(nmm_context *context, nmm_solver **solver, int max_
     TRY(nmm_allocate(context, &s->part, n_group, 2 * sizeof(double)));
     TRY(nmm_allocate(context, &s->chunk, n_group / NMM_SOLVE_CHUNK + 1, 2 * sizeof(double)));
     TRY(nmm_allocate(context, &s->state, 1, sizeof *s->state));
+    TRY(nmm_allocate(context, &s->barrier, 1, sizeof *s->barrier));
     return staged ? nmm_solver_own_matrix(context, s) : NMM_OK;
 }
 
@@ -138,6 +140,7 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
     for (size_t k = 0; k < sizeof narrow / sizeof *narrow; k++)
         nmm_release(context, narrow[k]);
     nmm_release(context, &s->state);
+    nmm_release(context, &s->barrier);
     nmm_release(context, &s->own_row_start);
     nmm_release(context, &s->own_col);
     nmm_clusters_destroy(context, &s->clusters);
@@ -229,9 +232,14 @@ static bool has_avx2(void) {
 #endif
 }
 
-static const nmm_variant *choose_variant(int n_thread) {
-    if (n_thread > 1) return has_avx2() ? &nmm_variant_threads_avx2 : &nmm_variant_threads;
-    return has_avx2() ? &nmm_variant_serial_avx2 : &nmm_variant_serial;
+void nmm_solver_use_threads(nmm_solver *solver, int n_thread) {
+    const bool wide = has_avx2();
+    solver->n_thread = n_thread;
+    if (n_thread > 1) {
+        solver->variant = wide ? &nmm_variant_threads_avx2 : &nmm_variant_threads;
+    } else {
+        solver->variant = wide ? &nmm_variant_serial_avx2 : &nmm_variant_serial;
+    }
 }
 
 nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
@@ -249,8 +257,7 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
     solver->blocks = blocks;
     solver->n_row = K->n_row;
     solver->n_block = n_block;
-    solver->n_thread = K->n_row < ROWS_FOR_THREADS ? 1 : solver->options.n_thread;
-    solver->variant = choose_variant(solver->n_thread);
+    nmm_solver_use_threads(solver, K->n_row < ROWS_FOR_THREADS ? 1 : solver->options.n_thread);
     if (solver->options.precision == NMM_PRECISION_MIXED) {
         TRY(nmm_solver_own_narrow(context, solver));
     }

@@ -13,6 +13,7 @@
 
 #include "clusters.h"
 #include "coarse.h"
+#include "pace.h"
 #include "solve.h"
 
 /// Groups whose terms are added up one after the other. A sum is made over the rows of each group,
@@ -83,8 +84,9 @@ struct nmm_solver {
     bool staged; // the matrix is copied in any case; else only where it is reordered
     int n_row, n_block, n_thread;
     const nmm_variant *variant;
-    bool pattern_kept;       // row_start and col hold what they held in the last solve
-    nmm_solve_blocks blocks; // those of this solve, never auto
+    struct nmm_barrier *barrier; // of the host's threads
+    bool pattern_kept;           // row_start and col hold what they held in the last solve
+    nmm_solve_blocks blocks;     // those of this solve, never auto
     // The matrix of the iteration: the caller's, or copies.
     int n;          // rows
     int *row_start; // [n + 1]
@@ -109,7 +111,8 @@ struct nmm_solver {
     int team_rows;
     bool dense_mapped, narrow_mapped;
     nmm_experience experience;
-    double lambda[2]; // bounds of the spectrum that sweeps used last; 0: none
+    nmm_pace pace[NMM_BLOCKS_BODY + 1]; // host: by kind of blocks
+    double lambda[2];                   // bounds of the spectrum that sweeps used last; 0: none
     nmm_solve_blocks lambda_blocks;
     // What the caller asked for, in the scaled system.
     nmm_solve_options options; // every 0 replaced by what it stands for
@@ -144,6 +147,9 @@ nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, cons
 /// Allocates what they need. `keep_pattern`: what was taken over last still holds.
 nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                               bool keep_pattern, const nmm_solve_options *options);
+
+/// Threads of this solve, and the variant that goes with them.
+void nmm_solver_use_threads(nmm_solver *solver, int n_thread);
 
 /// Check pattern, numbers and diagonal blocks; scale f, take the matrix over, invert the blocks.
 /// *ready is false when there is nothing to iterate: trouble found (u is untouched) or f = 0 (u
