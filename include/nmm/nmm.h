@@ -125,6 +125,10 @@ typedef struct nmm_summary {
     int on_device;   ///< 1 when seen inside a target region
     char precision[16];
     long solves, iterations, failed;
+    long with_cover, with_cluster, with_body; ///< solves by the diagonal blocks they ended with
+    long setups;                              ///< times blocks or factors were made anew
+    long transfers;                           ///< to and from the device
+    double transfer_bytes;
     long dt_cuts, open_close_iterations;
     nmm_energy energy;
     double max_penetration;  ///< [m] over the whole run

@@ -98,6 +98,14 @@ static void print_steps(const nmm_summary *s) {
            s->steps, s->time, s->wall_seconds, s->dt_cuts, s->open_close_iterations / steps);
     printf("  solver %s on %s, %s precision: %ld solves, %.1f iterations each, %ld failed\n",
            s->method, s->device, s->precision, s->solves, s->iterations / solves, s->failed);
+    if (s->with_cluster + s->with_body > 0) {
+        printf("  Jacobi blocks: 2x2 in %ld solves, clusters in %ld, with bodies in %ld\n",
+               s->with_cover, s->with_cluster, s->with_body);
+    }
+    if (s->transfers > 0) {
+        printf("  %ld transfers to and from the device, %.3g MB\n", s->transfers,
+               1e-6 * s->transfer_bytes);
+    }
 }
 
 void report_print(const run_report *report) {
@@ -151,6 +159,14 @@ void json_solver(json *out, const nmm_summary *s) {
     json_integer(out, "solves", s->solves);
     json_integer(out, "iterations", s->iterations);
     json_integer(out, "failed", s->failed);
+    json_integer(out, "setups", s->setups);
+    json_open(out, "blocks");
+    json_integer(out, "cover", s->with_cover);
+    json_integer(out, "cluster", s->with_cluster);
+    json_integer(out, "body", s->with_body);
+    json_close(out);
+    json_integer(out, "transfers", s->transfers);
+    json_number(out, "transfer_bytes", s->transfer_bytes);
     json_close(out);
 }
 

@@ -88,7 +88,9 @@ typedef struct nmm_solve_report {
     double lambda_max;      // estimate for D^-1 K, 0: not made
     double lambda_min;      // the same, chebyshev only
     bool by_average_change; // converged by the paper's test, whatever `residual` is
-    bool on_device;         // observed inside the kernels of this solve
+    long transfers;         // to and from the device
+    double transfer_bytes;
+    bool on_device; // observed inside the kernels of this solve
 } nmm_solve_report;
 
 typedef struct nmm_solver nmm_solver;

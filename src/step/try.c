@@ -129,6 +129,19 @@ static void guess_change(nmm_sim *sim, double h, int pass) {
     }
 }
 
+static void count_solve(nmm_summary *summary, const nmm_solve_report *report) {
+    summary->solves += 1;
+    summary->iterations += report->iterations;
+    summary->failed += report->end != NMM_SOLVE_CONVERGED;
+    summary->with_cover += report->blocks == NMM_BLOCKS_COVER;
+    summary->with_cluster += report->blocks == NMM_BLOCKS_CLUSTER;
+    summary->with_body += report->blocks == NMM_BLOCKS_BODY;
+    summary->setups += report->setups;
+    summary->transfers += report->transfers;
+    summary->transfer_bytes += report->transfer_bytes;
+    summary->on_device |= report->on_device;
+}
+
 static nmm_status solve_pass(nmm_sim *sim, double h, int pass, nmm_solve_report *report) {
     nmm_system *system = &sim->system;
     nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h);
@@ -140,10 +153,7 @@ static nmm_status solve_pass(nmm_sim *sim, double h, int pass, nmm_solve_report 
     TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
                             system->change, system->keep_pattern, &options, report));
     system->keep_pattern = true;
-    sim->summary.solves += 1;
-    sim->summary.iterations += report->iterations;
-    sim->summary.failed += report->end != NMM_SOLVE_CONVERGED;
-    sim->summary.on_device |= report->on_device;
+    count_solve(&sim->summary, report);
     sim->report.solver_iterations += report->iterations;
     nmm_sim_clock(sim, &sim->summary.phase_seconds.solve);
     return NMM_OK;
