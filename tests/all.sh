@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: MIT
 #
 # Everything that a change must pass, from a bare Debian 12: installs what is missing, builds with
-# sanitizers, runs all tests that are not labelled long.
+# sanitizers, runs all tests that are not labelled long; then builds as users do and runs there what
+# is too long under sanitizers: the examples with all numbers of their READMEs, the drift over 10^4
+# steps, equal bits of a run with all kinds of events, clang-tidy.
 #
 # Usage: sh tests/all.sh
 
@@ -15,3 +17,8 @@ need_packages $packages_build $packages_test
 cmake --preset dev
 cmake --build build/dev
 ctest --preset dev -j "$(nproc)"
+
+cmake --preset release
+cmake --build build/release --target nmm verify_standing
+OMP_WAIT_POLICY=passive ctest --test-dir build/release --output-on-failure --no-tests=error \
+    -j "$(nproc)" -R '^(example_[a-z_]+|verify_drift|gate_threads_eventful|source_tidy)$'

@@ -146,9 +146,13 @@ static int compare_places(const nmm_scene_support *s, const nmm_scene_support *t
     return first != 0 ? first : compare_points(s_turned ? s->a : s->b, t_turned ? t->a : t->b);
 }
 
+typedef struct support_entry {
+    const nmm_scene_support *support;
+} support_entry;
+
 static int compare_supports(const void *a, const void *b) {
-    const nmm_scene_support *s = *(const nmm_scene_support *const *)a;
-    const nmm_scene_support *t = *(const nmm_scene_support *const *)b;
+    const nmm_scene_support *s = ((const support_entry *)a)->support;
+    const nmm_scene_support *t = ((const support_entry *)b)->support;
     const int places = compare_places(s, t);
     return places != 0 ? places : (s > t) - (s < t);
 }
@@ -187,15 +191,15 @@ static nmm_status warn_conflict(nmm_builder *b, const nmm_scene_support *before,
 // Supports of one place that ask for different motions.
 static nmm_status check_supports(nmm_builder *b) {
     nmm_scene *scene = b->scene;
-    const nmm_scene_support **sorted = NULL;
+    support_entry *sorted = NULL;
     const size_t n = (size_t)scene->n_support;
     TRY(nmm_arena_take(b->reader->context, &b->reader->arena, &sorted, n, sizeof *sorted));
     for (size_t i = 0; i < n; i++)
-        sorted[i] = &scene->support[i];
+        sorted[i].support = &scene->support[i];
     if (n > 1) qsort(sorted, n, sizeof *sorted, compare_supports);
     for (size_t i = 1; i < n; i++) {
-        if (compare_places(sorted[i - 1], sorted[i]) == 0)
-            TRY(warn_conflict(b, sorted[i - 1], sorted[i]));
+        const nmm_scene_support *before = sorted[i - 1].support, *after = sorted[i].support;
+        if (compare_places(before, after) == 0) TRY(warn_conflict(b, before, after));
     }
     return NMM_OK;
 }
