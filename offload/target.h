@@ -14,15 +14,16 @@
 #ifdef NMM_TRANSFER_TEST
 #include "transfer_test.h"
 #else
-#define TRANSFER_MADE(number) true
+#define TRANSFER_LEFT_OUT (-1)
 #define GUARDED
 #endif
+#define TRANSFER_NUMBER (TRANSFER_BASE + __COUNTER__)
 #define TRANSFER(directive, pointer, length)                                                       \
     do {                                                                                           \
         __typeof__(*(pointer)) *data = (pointer);                                                  \
         const long count = (length);                                                               \
         (void)data;                                                                                \
-        if (TRANSFER_MADE(TRANSFER_BASE + __COUNTER__)) {                                          \
+        if (TRANSFER_NUMBER != TRANSFER_LEFT_OUT) {                                                \
             directive                                                                              \
         }                                                                                          \
     } while (0)

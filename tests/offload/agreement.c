@@ -55,9 +55,9 @@ static const variant variants[] = {
     {"after no load", WALL, PCG, COVER, 1e-5, .keep = true},
     {"odd number of steps", WALL, PCG, COVER, 1e-6, .keep = true, .most = 13,
      .end = NMM_SOLVE_TOO_SLOW},
-    {"beyond rounding", WALL, PCG, COVER, 1e-25, .keep = true, .end = NMM_SOLVE_STAGNATED},
+    {"beyond rounding", SMALL, PCG, COVER, 1e-25, .end = NMM_SOLVE_STAGNATED},
 
-    {"clusters", WALL, PCG, CLUSTER, 1e-9, .keep = true},
+    {"clusters", WALL, PCG, CLUSTER, 1e-9, .keep = false},
     {"clusters, new values", SOFT_WALL, PCG, CLUSTER, 1e-9, .keep = true},
     {"clusters kept", WALL, PCG, CLUSTER, 1e-9, .keep = true, .reuse = true},
     {"covers again", SOFT_WALL, PCG, COVER, 1e-6, .keep = true, .reuse = true},
@@ -74,10 +74,10 @@ static const variant variants[] = {
      .end = NMM_SOLVE_TOO_SLOW},
     {"beyond float32", HUGE_VALUES, PCG, CLUSTER, 1e-10, .keep = true, .mixed = true,
      .falls_back = true},
-    {"mixed, beyond rounding", WALL, PCG, COVER, 1e-25, .mixed = true, .end = NMM_SOLVE_STAGNATED,
+    {"mixed, beyond rounding", SMALL, PCG, COVER, 1e-25, .mixed = true, .end = NMM_SOLVE_STAGNATED,
      .falls_back = true},
 
-    {"clusters before auto", SOFT_WALL, PCG, CLUSTER, 1e-3, .keep = true},
+    {"clusters before auto", SOFT_WALL, PCG, CLUSTER, 1e-3, .keep = false},
     {"covers before auto", SOFT_WALL, PCG, COVER, 1e-3, .keep = true},
     {"auto after covers", WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .keep = true},
     {"auto, another pattern", SMALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .load = 7},
@@ -95,21 +95,21 @@ static const variant variants[] = {
     {"chebyshev, odd", WALL, CHEBYSHEV, CLUSTER, 1e-7, .keep = true, .most = 11,
      .end = NMM_SOLVE_TOO_SLOW},
 
-    {"jacobi", WALL, JACOBI, COVER, 1e-2, .keep = true},
-    {"jacobi, clusters", WALL, JACOBI, CLUSTER, 1e-2, .keep = true},
-    {"jacobi, mixed", WALL, JACOBI, COVER, 1e-2, .keep = true, .mixed = true},
-    {"jacobi, mixed, clusters", WALL, JACOBI, CLUSTER, 1e-2, .keep = true, .mixed = true},
-    {"average change", WALL, JACOBI, COVER, 1e-3, .keep = true, .average = true},
-    {"average change, clusters", WALL, JACOBI, CLUSTER, 1e-3, .keep = true, .average = true},
-    {"average change, mixed", WALL, JACOBI, COVER, 1e-3, .keep = true, .average = true,
-     .mixed = true},
+    {"jacobi", WALL, JACOBI, COVER, 1e-1, .keep = true},
+    {"jacobi, clusters", WALL, JACOBI, CLUSTER, 1e-1, .keep = true},
+    {"jacobi, mixed", WALL, JACOBI, COVER, 1e-1, .keep = true, .mixed = true},
+    {"jacobi, mixed, clusters", WALL, JACOBI, CLUSTER, 1e-1, .keep = true, .mixed = true},
+    {"average change", WALL, JACOBI, COVER, 1e-2, .keep = true, .average = true},
+    {"average change, clusters", WALL, JACOBI, CLUSTER, 1e-2, .keep = true, .average = true},
+    {"average change, mixed", WALL, JACOBI, COVER, 1e-2, .keep = true, .average = true,
+     .mixed = true, .falls_back = true},
     {"plain jacobi", WALL, JACOBI, COVER, 1e-6, .keep = true, .damping = 1,
      .end = NMM_SOLVE_DIVERGED},
     {"plain jacobi, mixed", WALL, JACOBI, COVER, 1e-6, .keep = true, .damping = 1, .mixed = true,
      .end = NMM_SOLVE_DIVERGED, .falls_back = true},
     {"jacobi of a few rows", SMALL, JACOBI, COVER, 1e-10, .mixed = true},
     {"jacobi, bounds kept", SMALL, JACOBI, COVER, 1e-10, .keep = true, .reuse = true},
-    {"jacobi, bounds of another", WALL, JACOBI, COVER, 1e-2, .reuse = true},
+    {"jacobi, bounds of another", WALL, JACOBI, COVER, 1e-1, .reuse = true},
     {"jacobi, odd", WALL, JACOBI, COVER, 1e-6, .most = 13, .end = NMM_SOLVE_TOO_SLOW},
 
     {"negative curvature", INDEFINITE, PCG, COVER, 1e-6, .keep = true, .end = NMM_SOLVE_INDEFINITE},
@@ -236,7 +236,7 @@ static void print_case(const variant *v, const nmm_solve_report *r) {
 static bool as_meant(const variant *v, const nmm_solve_report *r) {
     const bool narrow = r->precision == NMM_PRECISION_MIXED;
     return r->end == v->end && narrow == (v->mixed && !v->falls_back) &&
-           r->by_average_change == (v->average && !v->mixed);
+           r->by_average_change == (v->average && !narrow);
 }
 
 static bool agree(const variant *v, int n, const side *host, const side *target, bool loud) {

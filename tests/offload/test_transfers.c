@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Does every map and update of the target backend matter, and do kernels keep to device memory?
+// Does every map, update and attached pointer of the target backend matter, and do kernels keep to
+// device memory?
 // The program calls itself once for each transfer with that one left out: each such run must fail,
 // by a wrong bit or a crash. While kernels run the host's copies of the device arrays are taken
 // away (PROT_NONE), so a kernel that reads one of them dies; a run that touches one on purpose
@@ -33,8 +34,11 @@ int nmm_transfer_left_out = -1;
 // Exit status where nothing could be tested.
 #define NO_DEVICE 77
 
-// Seconds for one run: without some transfers the host waits for ever.
-#define TIME_LIMIT 4
+// Number of the first transfer of jacobi_team.c.
+#define TEAM_BASE 1000
+
+// Seconds of processor time for one run: without some transfers the host waits for ever.
+#define TIME_LIMIT 8
 
 // Blocks from this size on are guarded; the solver object and its scalars are smaller.
 #define GUARDED_FROM 3000
@@ -82,28 +86,69 @@ static void *guarding_hook(void *user, void *old, size_t size) {
 
 // --- One run
 
-// Arrays that are still known on the device after close.
-static int count_left_behind(void) {
+#define MAX_ARRAY 40
+
+// A solver that has used every array; their addresses.
+static int open_and_close(const void *array[MAX_ARRAY]) {
     nmm_context context = {.n_thread = 1};
+    const nmm_solve_backend *target = nmm_solve_target();
     nmm_solver *solver = NULL;
-    if (nmm_solve_target()->open(&context, &solver, 700, 9000) != NMM_OK) return -1;
-    const nmm_solver copy = *solver;
-    const void *const array[] = {copy.row_start, copy.col,     copy.value, copy.inverse,
-                                 copy.f,         copy.u,       copy.r,     copy.p,
-                                 copy.q,         copy.product, copy.part,  copy.state};
-    int count = 0;
-    nmm_solve_target()->close(&context, &solver);
-    for (size_t k = 0; k < sizeof array / sizeof *array; k++)
-        count += omp_target_is_present(array[k], omp_get_default_device()) != 0;
-    return count;
+    int row_start[] = {0, 1}, col[] = {0}, diagonal[] = {0};
+    double value[] = {4, 1, 1, 3}, f[] = {1, 2}, u[] = {0, 0};
+    const nmm_bsr K = {1, row_start, col, value, diagonal};
+    nmm_solve_options options = nmm_default_solve_options();
+    options.blocks = NMM_BLOCKS_CLUSTER;
+    options.precision = NMM_PRECISION_MIXED;
+    nmm_solve_report report;
+    if (target->open(&context, &solver, 700, 9000) != NMM_OK) return 0;
+    if (target->solve(&context, solver, &K, f, u, false, &options, &report) != NMM_OK) return 0;
+    const nmm_solver s = *solver;
+    const nmm_wide w = s.wide;
+    const nmm_narrow v = s.narrow;
+    const void *const all[] = {solver,        s.own_row_start,
+                               s.own_col,     s.own_value,
+                               w.inverse,     w.f,
+                               w.u,           w.r,
+                               w.p,           w.q,
+                               w.z,           v.inverse,
+                               v.f,           v.u,
+                               v.r,           v.p,
+                               v.q,           v.z,
+                               v.value,       s.part,
+                               s.dense_scale, s.dense_room,
+                               s.chunk,       s.state};
+    const int n = (int)(sizeof all / sizeof *all);
+    memcpy(array, all, sizeof all);
+    target->close(&context, &solver);
+    return n;
 }
 
+// Arrays that are still known on the device after close; -1: not all were there before.
+static int count_left_behind(void) {
+    const void *array[MAX_ARRAY] = {0};
+    const int n = open_and_close(array);
+    int count = 0;
+    for (int k = 0; k < n; k++) {
+        if (array[k] == NULL) return -1;
+        count += omp_target_is_present(array[k], omp_get_default_device()) != 0;
+    }
+    return n > 0 ? count : -1;
+}
+
+// Both ways, first the one whose transfer is left out.
 static int run_once(bool loud) {
     nmm_context context = {.n_thread = 1, .allocate = guarding_hook};
-    const int differing = test_agreement(&context, loud);
     const int left = count_left_behind();
-    if (loud) printf("%d cases differ, %d arrays left behind\n", differing, left);
-    return differing == 0 && left == 0 && context.n_live == 0 && n_block == 0 ? 0 : 1;
+    if (loud) printf("%d arrays left behind\n", left);
+    int differing = left != 0;
+    for (int k = 0; k < 2 && (loud || differing == 0); k++) {
+        const bool launches = (nmm_transfer_left_out < TEAM_BASE) == (k == 0);
+        const agreement how = {.launches = launches, .stop_early = !loud};
+        const int n = test_agreement(&context, &how);
+        if (loud) printf("%s: %d cases differ\n", launches ? "launches" : "one team", n);
+        differing += n;
+    }
+    return differing == 0 && context.n_live == 0 && n_block == 0 ? 0 : 1;
 }
 
 // --- All runs
@@ -118,13 +163,34 @@ static int status_of(const char *program, const char *argument, bool quiet) {
         setrlimit(RLIMIT_CORE, &no_core);
         if (quiet && freopen("/dev/null", "w", stderr) == NULL) _exit(0);
         if (quiet && freopen("/dev/null", "w", stdout) == NULL) _exit(0);
-        alarm(TIME_LIMIT);
+        const struct rlimit time_limit = {TIME_LIMIT, TIME_LIMIT + 1};
+        setrlimit(RLIMIT_CPU, &time_limit);
         execl(program, program, argument, (char *)NULL);
         _exit(0);
     }
     int status = 0;
     waitpid(child, &status, 0);
     return WIFEXITED(status) ? WEXITSTATUS(status) : 256 + WTERMSIG(status);
+}
+
+typedef struct tally {
+    int all, noticed;
+} tally;
+
+static tally leave_out(const char *program, const char *file, int base, int n) {
+    tally result = {.all = n};
+    int hanging = 0;
+    for (int k = base; k < base + n; k++) {
+        char argument[16];
+        snprintf(argument, sizeof argument, "%d", k);
+        const int status = status_of(program, argument, true);
+        result.noticed += status != 0;
+        hanging += status == 256 + SIGXCPU;
+        if (status == 0) printf("transfer %d left out: MISSED\n", k);
+    }
+    printf("%s: %d of %d noticed, %d of them by the time limit\n", file, result.noticed, n,
+           hanging);
+    return result;
 }
 
 static int run_all(const char *program) {
@@ -138,19 +204,11 @@ static int run_all(const char *program) {
     }
     const int guard = status_of(program, "guard", true);
     printf("a touched host array is %s (status %d)\n", guard != 0 ? "noticed" : "MISSED", guard);
-    const int n = nmm_transfer_count();
-    int noticed = 0, hanging = 0;
-    for (int k = 0; k < n; k++) {
-        char argument[16];
-        snprintf(argument, sizeof argument, "%d", k);
-        const int status = status_of(program, argument, true);
-        noticed += status != 0;
-        hanging += status == 256 + SIGALRM;
-        if (status == 0) printf("transfer %d left out: MISSED\n", k);
-    }
-    printf("transfers left out one by one: %d of %d noticed, %d of them by the time limit\n",
-           noticed, n, hanging);
-    return noticed == n && n > 0 && guard != 0 ? 0 : 1;
+    const tally launches = leave_out(program, "jacobi_target.c", 0, nmm_transfer_count());
+    const tally team = leave_out(program, "jacobi_team.c", TEAM_BASE, nmm_transfer_count_team());
+    const int n = launches.all + team.all, noticed = launches.noticed + team.noticed;
+    printf("transfers left out one by one: %d of %d noticed\n", noticed, n);
+    return noticed == n && launches.all > 0 && team.all > 0 && guard != 0 ? 0 : 1;
 }
 
 int main(int argc, char **argv) {
