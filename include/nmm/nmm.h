@@ -65,6 +65,7 @@ typedef struct nmm_sim_def {
     int n_override;              ///< entries of `override`
     const char *const *override; ///< "key.path=value", as of `nmm run --set`
     int n_thread;                ///< host threads; 0: all
+    int comparable;              ///< 1: the solver keeps to what host and target both have
     nmm_device_choice device;
     void *(*allocate)(void *user, void *old, size_t size); ///< realloc-like hook; NULL: C library
     void *user;                                            ///< given to the hook

@@ -47,6 +47,7 @@ static int open_sides(comparison *c, const arguments *given) {
     for (int side = HOST; side < SIDES; side++) {
         arguments one = *given;
         one.device = side == HOST ? NMM_DEVICE_HOST : NMM_DEVICE_TARGET;
+        one.comparable = 1;
         const int status = scene_open(&c->sim[side], &one);
         if (status == EXIT_DEVICE)
             message_note("A build with the preset fake-device has a target that needs no GPU; see "

@@ -60,8 +60,9 @@ typedef struct arguments {
     int n_set;
     const char **set;
     nmm_device_choice device;
-    int n_thread; // 0: all
-    int frame;    // -1: last
+    int comparable; // not an option: compare sets it
+    int n_thread;   // 0: all
+    int frame;      // -1: last
     const char *field;
     double scale;
     int width;

@@ -46,6 +46,7 @@ static int open_def(nmm_sim **sim, const arguments *given, nmm_sim_def def) {
     def.override = given->set;
     def.n_thread = given->n_thread;
     def.device = given->device;
+    def.comparable = given->comparable;
     const nmm_status status = nmm_sim_create(sim, &def);
     if (status == NMM_OK) return EXIT_DONE;
     const char *mistakes = nmm_sim_mistakes(*sim);

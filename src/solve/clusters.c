@@ -169,12 +169,15 @@ static void order_rows(nmm_clusters *c, int n_row) {
     }
 }
 
-nmm_status nmm_clusters_find(nmm_context *context, nmm_clusters *clusters, const nmm_bsr *K,
-                             int *row_start, int *col) {
+nmm_status nmm_clusters_find(nmm_context *context, nmm_clusters *clusters, const nmm_bsr *K) {
     TRY(nmm_clusters_reserve(context, clusters, K->n_row, K->row_start[K->n_row]));
     join(clusters, K->n_row, sort_couplings(clusters, K));
     clusters->n_group = pack(clusters, K->n_row);
     order_rows(clusters, K->n_row);
+    return NMM_OK;
+}
+
+void nmm_clusters_pattern(nmm_clusters *clusters, const nmm_bsr *K, int *row_start, int *col) {
     int n = 0;
     row_start[0] = 0;
     for (int p = 0; p < clusters->n_group * NMM_GROUP; p++) {
@@ -186,7 +189,6 @@ nmm_status nmm_clusters_find(nmm_context *context, nmm_clusters *clusters, const
         }
         row_start[p + 1] = n;
     }
-    return NMM_OK;
 }
 
 void nmm_clusters_take(const nmm_clusters *clusters, const nmm_bsr *K, int n_thread,

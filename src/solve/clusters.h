@@ -38,10 +38,11 @@ nmm_status nmm_clusters_reserve(nmm_context *context, nmm_clusters *clusters, in
                                 int n_block);
 void nmm_clusters_destroy(nmm_context *context, nmm_clusters *clusters);
 
-/// Find the clusters of K, and the matrix' pattern in their order: row_start [8 n_group + 1],
-/// col [n_block]. The same result for any number of threads.
-nmm_status nmm_clusters_find(nmm_context *context, nmm_clusters *clusters, const nmm_bsr *K,
-                             int *row_start, int *col);
+/// Find the clusters of K. The same result for any number of threads.
+nmm_status nmm_clusters_find(nmm_context *context, nmm_clusters *clusters, const nmm_bsr *K);
+
+/// The pattern of K in their order: row_start [8 n_group + 1], col [n_block].
+void nmm_clusters_pattern(nmm_clusters *clusters, const nmm_bsr *K, int *row_start, int *col);
 
 /// Values of K in the new order.
 void nmm_clusters_take(const nmm_clusters *clusters, const nmm_bsr *K, int n_thread, double *value);

@@ -370,8 +370,6 @@ void nmm_solver_load_guess(nmm_solver *solver, const double *u) {
 static nmm_status take_pattern(nmm_context *context, nmm_solver *s, const nmm_bsr *K) {
     const bool reordered = s->blocks >= NMM_BLOCKS_CLUSTER;
     s->dense = reordered ? s->dense_room : NULL;
-    // Forgotten on the host as on the target, whose copies they share: the same choices by `auto`.
-    if (!reordered) s->clusters_found = false;
     if (!reordered && !s->staged) {
         s->row_start = K->row_start;
         s->col = K->col;
@@ -381,13 +379,13 @@ static nmm_status take_pattern(nmm_context *context, nmm_solver *s, const nmm_bs
     s->row_start = s->own_row_start;
     s->col = s->own_col;
     if (reordered) {
-        if (!s->clusters_found || !s->pattern_kept) {
-            TRY(nmm_clusters_find(context, &s->clusters, K, s->row_start, s->col));
-            // What was made for rows in another order.
-            s->dense_made = s->coarse_made = s->parts_found = false;
-        }
+        const bool known = s->clusters_found;
+        if (!known) TRY(nmm_clusters_find(context, &s->clusters, K));
         s->clusters_found = true;
         s->n = s->clusters.n_group * NMM_GROUP;
+        if (!known || !s->pattern_kept) {
+            nmm_clusters_pattern(&s->clusters, K, s->row_start, s->col);
+        }
         return NMM_OK;
     }
     s->n = K->n_row;

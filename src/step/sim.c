@@ -137,6 +137,7 @@ nmm_status nmm_sim_create(nmm_sim **sim, const nmm_sim_def *def) {
     TRY(nmm_allocate(&context, sim, 1, sizeof **sim));
     (*sim)->context = context;
     (*sim)->started = nmm_clock();
+    (*sim)->comparable = def->comparable != 0;
     return build(*sim, def);
 }
 

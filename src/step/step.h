@@ -53,6 +53,7 @@ struct nmm_sim {
     nmm_system system;
     const nmm_solve_backend *backend;
     nmm_solver *solver;
+    bool comparable;                // nmm_sim_def.comparable
     int solver_rows, solver_blocks; // sizes the solver is open for
     double allowed;                 // [m] largest displacement of any step
     double allowed_now;             // [m] of this step: contacts are listed for no more

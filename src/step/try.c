@@ -102,8 +102,9 @@ static nmm_solve_options solve_options(const nmm_sim *sim, double h, int pass) {
         .blocks = blocks[settings->blocks],
         .precision =
             settings->precision == NMM_SCENE_MIXED ? NMM_PRECISION_MIXED : NMM_PRECISION_DOUBLE,
-        .place = sim->model.cover_place,
-        .body = sim->model.cover_block,
+        // The coarse correction is on the host only.
+        .place = sim->comparable ? NULL : sim->model.cover_place,
+        .body = sim->comparable ? NULL : sim->model.cover_block,
         // Within a step only; so that a step does not depend on those before.
         .reuse = pass > 0,
         .tolerance = settings->solver_tolerance,
