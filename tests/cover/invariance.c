@@ -4,11 +4,23 @@
 
 #include "stage.h"
 
-// Random joints, all in one order or another, some turned round; shifted and scaled.
+#include <stdlib.h>
+
+// Random joints, all in one order or another, some turned round; shifted and scaled; then the whole
+// scene turned about the origin of coordinates.
 typedef struct variant {
     bool reversed, turned;
     double shift_x, shift_y, scale;
+    double cosine, sine; // both 0: not turned
 } variant;
+
+static void turn_points(variant v, int n, double *point) {
+    for (int i = 0; i < n && (v.cosine != 0 || v.sine != 0); i++) {
+        const double x = point[2 * i], y = point[2 * i + 1];
+        point[2 * i] = v.cosine * x - v.sine * y;
+        point[2 * i + 1] = v.sine * x + v.cosine * y;
+    }
+}
 
 static double raster(nmm_random *random, int n) {
     return (double)(nmm_random_next(random) % (uint64_t)n) / 16;
@@ -26,12 +38,18 @@ static void build_variant(stage *s, uint64_t seed, variant v) {
     }
     const double f = v.scale, x = v.shift_x, y = v.shift_y;
     stage_open(s, 0.75 * f);
-    stage_rectangle(s, x, y, x + 8 * f, y + 5 * f);
-    stage_hole(s, 3, (double[]){x + 2 * f, y + 2 * f, x + 4 * f, y + 2 * f, x + 3 * f, y + 3 * f});
+    double box[] = {x, y, x + 8 * f, y, x + 8 * f, y + 5 * f, x, y + 5 * f};
+    double hole[] = {x + 2 * f, y + 2 * f, x + 4 * f, y + 2 * f, x + 3 * f, y + 3 * f};
+    turn_points(v, 4, box);
+    turn_points(v, 3, hole);
+    stage_domain(s, 4, box, 0);
+    stage_hole(s, 3, hole);
     for (int i = 0; i < N; i++) {
         const double *l = line[v.reversed ? N - 1 - i : i];
         const int a = v.turned && i % 2 == 0 ? 2 : 0;
-        stage_line(s, x + f * l[a], y + f * l[a + 1], x + f * l[2 - a], y + f * l[3 - a]);
+        double end[] = {x + f * l[a], y + f * l[a + 1], x + f * l[2 - a], y + f * l[3 - a]};
+        turn_points(v, 2, end);
+        stage_line(s, end[0], end[1], end[2], end[3]);
     }
     stage_build(s);
 }
@@ -115,12 +133,60 @@ static void units(void **state) {
     }
 }
 
+static int compare_numbers(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// Areas of all blocks, ascending; to be freed.
+static double *block_areas(const stage *s) {
+    const nmm_model *m = &s->model;
+    double *area = calloc((size_t)m->n_block, sizeof *area);
+    for (int e = 0; e < m->n_element; e++)
+        area[m->element_block[e]] += m->element_area[e];
+    qsort(area, (size_t)m->n_block, sizeof *area, compare_numbers);
+    return area;
+}
+
+static void compare_blocks(const stage *first, const stage *second) {
+    assert_int_equal(first->model.n_block, second->model.n_block);
+    assert_close(second->report.area, first->report.area, 1e-9);
+    double *a = block_areas(first), *b = block_areas(second);
+    for (int k = 0; k < first->model.n_block; k++)
+        assert_near(b[k], a[k], 1e-7);
+    free(a);
+    free(b);
+}
+
+// The mesh keeps the axes. Half a turn maps it onto itself: the same counts. By a quarter or an odd
+// angle it cuts the blocks otherwise: the blocks and their areas stay.
+static void rotations(void **state) {
+    (void)state;
+    const struct { double cosine, sine; } turn[] = {{-1, 0}, {0, 1}, {0, -1}, {cos(0.7), sin(0.7)}};
+    for (uint64_t seed = 1; seed <= 30; seed++) {
+        stage first;
+        build_variant(&first, seed, plain);
+        for (int k = 0; k < 4; k++) {
+            stage second;
+            build_variant(&second, seed,
+                          (variant){.scale = 1, .cosine = turn[k].cosine, .sine = turn[k].sine});
+            compare_blocks(&first, &second);
+            if (k == 0) {
+                assert_int_equal(first.model.n_element, second.model.n_element);
+                assert_int_equal(first.model.n_cover, second.model.n_cover);
+                assert_int_equal(first.model.n_vertex, second.model.n_vertex);
+            }
+            stage_close(&second);
+        }
+        stage_close(&first);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(order_and_direction),
-        cmocka_unit_test(shifts),
-        cmocka_unit_test(map_coordinates),
-        cmocka_unit_test(units),
+        cmocka_unit_test(order_and_direction), cmocka_unit_test(shifts),
+        cmocka_unit_test(map_coordinates),     cmocka_unit_test(units),
+        cmocka_unit_test(rotations),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
