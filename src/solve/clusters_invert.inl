@@ -30,13 +30,14 @@ static void gather(int group, const int *row_start, const int *col, const double
     }
 }
 
-// Gauss-Jordan in place, pivots down the diagonal; false when one is not safely positive.
-static bool invert(matrix a) {
+// Gauss-Jordan in place, pivots down the diagonal; false when one is not above this part of its
+// diagonal.
+static bool invert(matrix a, double part) {
     for (int k = 0; k < NMM_GROUP_UNKNOWNS; k++)
         if (!(a[k][k] > 0)) return false;
     double smallest[NMM_GROUP_UNKNOWNS];
     for (int k = 0; k < NMM_GROUP_UNKNOWNS; k++)
-        smallest[k] = UNSAFE_PIVOT * a[k][k];
+        smallest[k] = part * a[k][k];
     for (int k = 0; k < NMM_GROUP_UNKNOWNS; k++) {
         if (!(a[k][k] > smallest[k])) return false;
         const double pivot = 1 / a[k][k];
@@ -102,9 +103,10 @@ static int invert_clusters(nmm_clusters *clusters, const int *row_start, const i
         if (keep && !is_stale(clusters, g, value)) continue;
         matrix a;
         gather(g, row_start, col, value, false, a);
-        if (!invert(a)) {
+        if (!invert(a, UNSAFE_PIVOT)) {
+            // What the check of the system let pass.
             gather(g, row_start, col, value, true, a);
-            invert(a);
+            invert(a, 0);
         }
         store(row_start, g, a, dense + (long)g * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS,
               scale + g);
