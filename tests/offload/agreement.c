@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WALL, SOFT_WALL, SMALL, HUGE_VALUES, INDEFINITE, N_SYSTEM };
+enum { WALL, SOFT_WALL, SMALL, HUGE_VALUES, TINY_VALUES, INDEFINITE, N_SYSTEM };
 
 #define PCG NMM_SOLVE_PCG
 #define JACOBI NMM_SOLVE_JACOBI
@@ -99,6 +99,8 @@ static const variant variants[] = {
     {"jacobi, clusters", WALL, JACOBI, CLUSTER, 1e-1, .keep = true},
     {"jacobi, mixed", WALL, JACOBI, COVER, 1e-1, .keep = true, .mixed = true},
     {"jacobi, mixed, clusters", WALL, JACOBI, CLUSTER, 1e-1, .keep = true, .mixed = true},
+    {"jacobi, tiny values", TINY_VALUES, JACOBI, COVER, 1e-10, .keep = false},
+    {"wall again", WALL, JACOBI, CLUSTER, 1e-1, .keep = false},
     {"average change", WALL, JACOBI, COVER, 1e-2, .keep = true, .average = true},
     {"average change, clusters", WALL, JACOBI, CLUSTER, 1e-2, .keep = true, .average = true},
     {"average change, mixed", WALL, JACOBI, COVER, 1e-2, .keep = true, .average = true,
@@ -147,6 +149,11 @@ static void make_indefinite(nmm_bsr *K) {
                     K->col[k] >= begin && K->col[k] < end && K->col[k] != row ? 9 : 1;
 }
 
+static void multiply(test_system *system, double factor) {
+    for (int k = 0; k < 4 * system->n_block; k++)
+        system->K.value[k] *= factor;
+}
+
 static void make_systems(nmm_context *context, test_system system[N_SYSTEM]) {
     rock wall = {.n_across = 4, .n_up = 3, .n_node = 7, .courant = 3, .spring = 50, .seed = 4};
     test_system_rock(context, &system[WALL], &wall);
@@ -155,9 +162,10 @@ static void make_systems(nmm_context *context, test_system system[N_SYSTEM]) {
     wall.courant = 1;
     test_system_rock(context, &system[SOFT_WALL], &wall);
     test_system_random(context, &system[SMALL], 5, 3, 8);
+    test_system_random(context, &system[TINY_VALUES], 5, 3, 9);
     make_indefinite(&system[INDEFINITE].K);
-    for (int k = 0; k < 4 * system[HUGE_VALUES].n_block; k++)
-        system[HUGE_VALUES].K.value[k] *= 1e20;
+    multiply(&system[HUGE_VALUES], 1e20);
+    multiply(&system[TINY_VALUES], 1e-20);
 }
 
 // --- One case on one backend

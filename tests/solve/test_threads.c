@@ -38,7 +38,48 @@ static void assert_same(const outcome *a, const outcome *b) {
     assert_int_equal(a->report.row, b->report.row);
     assert_memory_equal(&a->report.residual, &b->report.residual, sizeof(double));
     assert_memory_equal(&a->report.lambda_max, &b->report.lambda_max, sizeof(double));
+    assert_memory_equal(&a->report.lambda_min, &b->report.lambda_min, sizeof(double));
+    assert_int_equal(a->report.blocks, b->report.blocks);
+    assert_int_equal(a->report.setups, b->report.setups);
     assert_true(a->hash == b->hash);
+}
+
+// Everything that threads share.
+static const nmm_solve_options kinds[] = {
+    {.method = NMM_SOLVE_PCG, .blocks = NMM_BLOCKS_COVER, .tolerance = 1e-8},
+    {.method = NMM_SOLVE_PCG, .blocks = NMM_BLOCKS_CLUSTER, .tolerance = 1e-8},
+    {.method = NMM_SOLVE_PCG, .blocks = NMM_BLOCKS_BODY, .tolerance = 1e-8},
+    {.method = NMM_SOLVE_AUTO, .tolerance = 1e-8},
+    {.method = NMM_SOLVE_PCG,
+     .blocks = NMM_BLOCKS_CLUSTER,
+     .precision = NMM_PRECISION_MIXED,
+     .tolerance = 1e-8},
+    {.method = NMM_SOLVE_PCG,
+     .blocks = NMM_BLOCKS_BODY,
+     .precision = NMM_PRECISION_MIXED,
+     .tolerance = 1e-8},
+    {.method = NMM_SOLVE_CHEBYSHEV, .blocks = NMM_BLOCKS_CLUSTER, .tolerance = 1e-6},
+    {.method = NMM_SOLVE_CHEBYSHEV,
+     .blocks = NMM_BLOCKS_COVER,
+     .precision = NMM_PRECISION_MIXED,
+     .tolerance = 1e-6},
+    {.method = NMM_SOLVE_JACOBI, .tolerance = 1e-4},
+    {.method = NMM_SOLVE_JACOBI, .tolerance = 1e-3, .stop_average_change = true},
+};
+#define N_KIND ((int)(sizeof kinds / sizeof *kinds))
+
+// What the coarse correction asks of a wall.
+static void tell_bodies(nmm_context *context, const rock *wall, int n_row, double **place,
+                        int **body) {
+    const int n = wall->n_node, n_block_row = n * n;
+    assert_int_equal(nmm_allocate(context, place, (size_t)n_row, 2 * sizeof **place), NMM_OK);
+    assert_int_equal(nmm_allocate(context, body, (size_t)n_row, sizeof **body), NMM_OK);
+    for (int row = 0; row < n_row; row++) {
+        const int block = row / n_block_row, node = row % n_block_row;
+        (*body)[row] = block;
+        (*place)[2 * row] = block % wall->n_across + (double)(node % n) / (n - 1);
+        (*place)[2 * row + 1] = block / wall->n_across + (double)(node / n) / (n - 1);
+    }
 }
 
 static void test_same_bits(void **state) {
@@ -49,19 +90,23 @@ static void test_same_bits(void **state) {
         .n_across = 10, .n_up = 8, .n_node = 6, .courant = 0.3, .spring = 50, .seed = 4};
     test_system_rock(&context, &system, &wall);
     assert_true(system.K.n_row > 2500);
-    nmm_solve_options options[3];
-    for (int k = 0; k < 3; k++)
-        options[k] = nmm_default_solve_options();
-    options[0].method = NMM_SOLVE_PCG;
-    options[1].method = NMM_SOLVE_JACOBI;
-    options[1].tolerance = 1e-4;
-    options[2].method = NMM_SOLVE_JACOBI;
-    options[2].tolerance = 1e-3;
-    options[2].stop_average_change = true;
-    for (int k = 0; k < 3; k++) {
+    double *place = NULL;
+    int *body = NULL;
+    tell_bodies(&context, &wall, system.K.n_row, &place, &body);
+    nmm_solve_options options[N_KIND];
+    for (int k = 0; k < N_KIND; k++) {
+        options[k] = kinds[k];
+        options[k].place = place;
+        options[k].body = body;
+    }
+    for (int k = 0; k < N_KIND; k++) {
         options[k].n_thread = 1;
         const outcome one = solve(&context, &system, &options[k]);
         assert_int_equal(one.report.end, NMM_SOLVE_CONVERGED);
+        if (kinds[k].blocks != NMM_BLOCKS_AUTO) {
+            assert_int_equal(one.report.blocks, kinds[k].blocks);
+        }
+        assert_int_equal(one.report.precision, kinds[k].precision);
         const int threads[] = {2, 3, 8};
         for (int t = 0; t < 3; t++) {
             options[k].n_thread = threads[t];
@@ -83,6 +128,8 @@ static void test_same_bits(void **state) {
         assert_int_equal(bad.report.end, NMM_SOLVE_INDEFINITE);
         assert_int_equal(bad.report.row, 2000);
     }
+    nmm_release(&context, &place);
+    nmm_release(&context, &body);
     test_system_destroy(&context, &system);
     assert_int_equal(context.n_live, 0);
 }
