@@ -30,6 +30,7 @@ static void release_rows(nmm_context *context, nmm_coarse *c) {
 void nmm_coarse_destroy(nmm_context *context, nmm_coarse *coarse) {
     release_rows(context, coarse);
     nmm_release(context, &coarse->factor);
+    nmm_release(context, &coarse->lower);
     *coarse = (nmm_coarse){0};
 }
 
@@ -236,8 +237,10 @@ static nmm_status divide(nmm_context *context, nmm_coarse *c, const nmm_coarse_s
     outline_factor(c, s);
     if (c->n_factor <= c->factor_capacity) return NMM_OK;
     nmm_release(context, &c->factor);
+    nmm_release(context, &c->lower);
     c->factor_capacity = 0;
     TRY(nmm_allocate(context, &c->factor, (size_t)c->n_factor, sizeof(double)));
+    TRY(nmm_allocate(context, &c->lower, (size_t)c->n_factor, sizeof(float)));
     c->factor_capacity = c->n_factor;
     return NMM_OK;
 }

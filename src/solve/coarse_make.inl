@@ -128,4 +128,10 @@ static void make_coarse(nmm_coarse *coarse, const nmm_coarse_source *source) {
     for (int p = 0; p < n_part; p++)
         project_part(coarse, source, p);
     factorise(coarse);
+    const long n_factor = coarse->n_factor;
+    const double *factor = coarse->factor;
+    float *lower = coarse->lower;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1)
+    for (long k = 0; k < n_factor; k++)
+        lower[k] = (float)factor[k];
 }

@@ -47,19 +47,48 @@ static void NAME(prolong_move)(const nmm_solver *s) {
     JOIN;
 }
 
-// z += P A^-1 P^T r, and what that adds to r.z.
+// z = D^-1 r; terms of r.z. Groups are handed out one after the other, because the first thread
+// comes late.
+static void NAME(apply_blocks)(const nmm_solver *s) {
+    const int n = s->n, n_group = nmm_groups_of(n);
+    const REAL *inverse = s->ARRAYS.inverse, *r = s->ARRAYS.r;
+    REAL *z = s->ARRAYS.z;
+    const float *dense = s->dense;
+    const double *scale = s->dense_scale;
+    double *part = s->part;
+    const nmm_iteration *state = s->state;
+    PARALLEL_FOR_LATE
+    for (int group = 0; group < n_group; group++) {
+        if (state->stop != NMM_STOP_NONE) continue;
+        const long at = 2 * (long)NMM_GROUP * group;
+        NAME(apply_group)(inverse, dense, scale, group, NMM_GROUP, r + at, z + at);
+        part[2 * (long)group] = NAME(dot_group)(r + at, z + at, NMM_GROUP_UNKNOWNS);
+        part[2 * (long)group + 1] = 0;
+    }
+    JOIN;
+}
+
+// z = D^-1 r + P A^-1 P^T r, and r.z in sum[0]. One thread solves the coarse system while the
+// others apply the blocks.
 static void NAME(correct_coarse)(const nmm_solver *s) {
     NAME(restrict_residual)(s);
     nmm_iteration *state = s->state;
+    const nmm_coarse *coarse = &s->coarse;
+    SINGLE {
+        if (state->stop == NMM_STOP_NONE) solve_coarse(coarse);
+    }
+    NAME(apply_blocks)(s);
+    sum_chunks(s);
+    const int n_chunk = chunks_of(nmm_groups_of(s->n));
+    const double *chunk = s->chunk;
     SINGLE {
         if (state->stop == NMM_STOP_NONE) {
-            solve_coarse(&s->coarse);
-            double sum = 0;
-            for (int i = 0; i < 3 * s->coarse.n_part; i++)
-                sum += s->coarse.load[i] * s->coarse.move[i];
-            state->sum[0] += sum;
+            double sum[2];
+            add_chunks(chunk, n_chunk, sum);
+            for (int i = 0; i < 3 * coarse->n_part; i++)
+                sum[0] += coarse->load[i] * coarse->move[i];
+            state->sum[0] = sum[0];
         }
     }
-    JOIN;
     NAME(prolong_move)(s);
 }

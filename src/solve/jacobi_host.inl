@@ -15,11 +15,13 @@
 #ifdef THREADS
 #include "barrier.h"
 #define PARALLEL_FOR _Pragma("omp for schedule(static) nowait")
+#define PARALLEL_FOR_LATE _Pragma("omp for schedule(dynamic, 32) nowait")
 #define SINGLE _Pragma("omp master")
 #define JOIN nmm_barrier_wait(s->barrier)
 #define BATCH _Pragma("omp parallel num_threads(s->n_thread)")
 #else
 #define PARALLEL_FOR
+#define PARALLEL_FOR_LATE
 #define SINGLE
 #define JOIN
 #define BATCH

@@ -8,6 +8,7 @@
 //   ARRAYS        wide or narrow: the arrays of the solver `s` that are meant
 //   NAME(x)       x with a suffix for the precision
 //   PARALLEL_FOR  before a loop whose rounds are independent
+//   PARALLEL_FOR_LATE  the same where threads begin at different times; with HAS_COARSE only
 //   SINGLE        before a block of scalar work on the data of the kernels
 //   JOIN          after either: all threads have done their part
 //   BATCH         before a block that calls kernels of the solver `s` many times in a row
@@ -18,10 +19,10 @@
 //   HAS_COARSE    defined where the coarse correction can be in use
 //
 // On the host a batch is one parallel region, which all threads walk through together,
-// PARALLEL_FOR shares the rounds of a loop among them and JOIN is a barrier; on a target each kernel is sent off alone.
-// The unit of work is a group of 8 block rows. Every sum is taken over the rows of a group, then
-// over groups, then over chunks of groups: the same bits for any number of threads, and on the
-// target. Equations: docs/theory/6-solve.md.
+// PARALLEL_FOR shares the rounds of a loop among them and JOIN is a barrier; on a target each
+// kernel is sent off alone. The unit of work is a group of 8 block rows. Every sum is taken over
+// the rows of a group, then over groups, then over chunks of groups: the same bits for any number
+// of threads, and on the target. Equations: docs/theory/6-solve.md.
 
 // --- Rows and groups
 
@@ -227,6 +228,11 @@ static void NAME(advance)(const nmm_solver *s) {
     const double *scale = s->dense_scale;
     double *part = s->part;
     const nmm_iteration *state = s->state;
+#ifdef HAS_COARSE
+    const bool apply_later = s->blocks == NMM_BLOCKS_BODY;
+#else
+    const bool apply_later = false;
+#endif
     PARALLEL_FOR
     for (int group = 0; group < n_group; group++) {
         if (state->stop != NMM_STOP_NONE) continue;
@@ -238,8 +244,11 @@ static void NAME(advance)(const nmm_solver *s) {
         }
         const REAL *rg = r + 2 * (long)first;
         REAL *zg = z + 2 * (long)first;
-        NAME(apply_group)(inverse, dense, scale, group, end - first, rg, zg);
-        part[2 * (long)group] = NAME(dot_group)(rg, zg, 2 * (end - first));
+        // With a coarse correction that is done beside it.
+        if (!apply_later) {
+            NAME(apply_group)(inverse, dense, scale, group, end - first, rg, zg);
+            part[2 * (long)group] = NAME(dot_group)(rg, zg, 2 * (end - first));
+        }
         part[2 * (long)group + 1] = NAME(dot_group)(rg, rg, 2 * (end - first));
     }
     JOIN;
