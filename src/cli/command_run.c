@@ -117,6 +117,10 @@ static void print_warnings(nmm_sim *sim) {
 
 /// Is the run file's name one that a slip of the hand would give? Says so.
 static bool is_wrong_output(const arguments *given, const char *path) {
+    if (same_file(path, given->path)) {
+        message_error("nmm run: --output names the scene itself, %s", path);
+        return true;
+    }
     static const struct {
         const char *ending, *hint;
     } other[] = {{".png", "a picture; nmm plot draws one from the run file"},
@@ -136,9 +140,7 @@ static bool is_wrong_output(const arguments *given, const char *path) {
         message_error("nmm run: a scene from standard input needs --output");
         return true;
     }
-    if (!same_file(path, given->path)) return false;
-    message_error("nmm run: --output names the scene itself, %s", path);
-    return true;
+    return false;
 }
 
 int command_run(const arguments *given) {
