@@ -2,8 +2,12 @@
 //
 // Inverses of the clusters' dense blocks; compiled once for each kind of processor.
 
-// A pivot below this part of its diagonal means that float32 blocks are not to be trusted.
-#define UNSAFE_PIVOT 1e-12
+// A pivot below this part of its diagonal: the inverse, rounded to float32, would lose its stiff
+// directions or turn them round.
+#define UNSAFE_PIVOT 3e-7
+
+// Part of the diagonal that such a block is stiffened by, eq. (6.15).
+#define STIFFENED 1e-6
 
 // Relative change of a diagonal that makes an inverse useless.
 #define STALE 0.03
@@ -56,6 +60,20 @@ static bool invert(matrix a, double part) {
     return true;
 }
 
+// The inverse of a group's block; of the block stiffened where float32 could not hold that; of its
+// 2x2 blocks, which the check of the system let pass, where it is not positive definite.
+static void invert_group(int group, const int *row_start, const int *col, const double *value,
+                         matrix a) {
+    gather(group, row_start, col, value, false, a);
+    if (invert(a, UNSAFE_PIVOT)) return;
+    gather(group, row_start, col, value, false, a);
+    for (int i = 0; i < NMM_GROUP_UNKNOWNS; i++)
+        a[i][i] *= 1 + STIFFENED;
+    if (invert(a, UNSAFE_PIVOT)) return;
+    gather(group, row_start, col, value, true, a);
+    invert(a, 0);
+}
+
 static void store(const int *row_start, int group, matrix a, float *dense, double *scale) {
     double largest = 0;
     for (int i = 0; i < NMM_GROUP_UNKNOWNS; i++) {
@@ -102,12 +120,7 @@ static int invert_clusters(nmm_clusters *clusters, const int *row_start, const i
     for (int g = 0; g < n_group; g++) {
         if (keep && !is_stale(clusters, g, value)) continue;
         matrix a;
-        gather(g, row_start, col, value, false, a);
-        if (!invert(a, UNSAFE_PIVOT)) {
-            // What the check of the system let pass.
-            gather(g, row_start, col, value, true, a);
-            invert(a, 0);
-        }
+        invert_group(g, row_start, col, value, a);
         store(row_start, g, a, dense + (long)g * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS,
               scale + g);
         note_diagonal(clusters, g, value);

@@ -330,30 +330,65 @@ static void test_inverses(void **state) {
     tear_down(&x);
 }
 
-// Blocks that float32 cannot serve fall apart into their 2x2 blocks; other groups do not.
+// A group of eight rows joined by springs, on ground `soft`, and one as it should be.
+static void set_up_two_groups(fixture *x, double soft, int row, int col, const double more[4]) {
+    *x = (fixture){.context.n_thread = 1};
+    triplets list = {0};
+    add_ground(x, &list, 16, soft);
+    const double strong[4] = {1e3, 0, 0, 1e3};
+    for (int i = 8; i < 16; i++)
+        triplets_add(&x->context, &list, i, i, strong);
+    for (int i = 0; i < 16; i++)
+        for (int j = i / 8 * 8; j < i; j++)
+            add_spring(x, &list, i, j, 1);
+    triplets_add(&x->context, &list, row, col, more);
+    if (row != col) triplets_add(&x->context, &list, col, row, more);
+    test_system_build(&x->context, &x->system, &list, 16);
+    find(x);
+    assert_int_equal(x->clusters.n_group, 2);
+    assert_int_equal(invert(x, &nmm_variant_serial, 1, false), 2);
+}
+
+// Blocks that are not positive definite, or whose 2x2 blocks are nearly singular, fall apart into
+// these; other groups do not.
 static void test_bad_pivots(void **state) {
     (void)state;
-    // Springs on no ground to speak of; an indefinite pair; a 2x2 block nearly singular itself.
-    for (int kind = 0; kind < 3; kind++) {
-        fixture x = {.context.n_thread = 1};
-        triplets list = {0};
-        add_ground(&x, &list, 16, kind == 0 ? 1e-14 : 1);
-        const double strong[4] = {1e3, 0, 0, 1e3};
-        for (int row = 8; row < 16; row++)
-            triplets_add(&x.context, &list, row, row, strong);
-        for (int i = 0; i < 16; i++)
-            for (int j = i / 8 * 8; j < i; j++)
-                add_spring(&x, &list, i, j, 1);
-        const double pair[4] = {-20, 0, 0, -20}, flat[4] = {0, 8, 8, 1e-12};
-        if (kind == 1) triplets_add(&x.context, &list, 2, 5, pair);
-        if (kind == 1) triplets_add(&x.context, &list, 5, 2, pair);
-        if (kind == 2) triplets_add(&x.context, &list, 3, 3, flat);
-        test_system_build(&x.context, &x.system, &list, 16);
-        find(&x);
-        assert_int_equal(x.clusters.n_group, 2);
-        assert_int_equal(invert(&x, &nmm_variant_serial, 1, false), 2);
-        check_inverse(&x, 0, true);
-        check_inverse(&x, 1, false);
+    fixture x;
+    const double pair[4] = {-20, 0, 0, -20}, flat[4] = {0, 8, 8, 1e-12};
+    set_up_two_groups(&x, 1, 2, 5, pair);
+    check_inverse(&x, 0, true);
+    check_inverse(&x, 1, false);
+    tear_down(&x);
+    set_up_two_groups(&x, 1, 3, 3, flat);
+    check_inverse(&x, 1, false);
+    for (long i = 0; i < DENSE; i++)
+        assert_true(isfinite(x.dense[i]));
+    tear_down(&x);
+}
+
+// x . dense x over the largest entry of dense, for x = 1 -1 0 0 ... on the first axis.
+static double stiff_part(const fixture *x, int group) {
+    const float *d = x->dense + group * DENSE;
+    const int i = NMM_GROUP_UNKNOWNS;
+    return ((double)d[0] - d[2] - d[2 * i] + d[2 * i + 2]) / d[0];
+}
+
+// Springs on ground so soft that float32 cannot tell 1 from 1 + soft: stiffened, and positive in
+// the stiff direction as well. By the closed form for 8 rows, with d = 7 + soft + stiffening of it,
+// the inverse has 1 / (d + 1) there, and 1 / (d - 7) for a move of all.
+static void test_stiffened(void **state) {
+    (void)state;
+    const double none[4] = {0};
+    for (int k = 0; k <= 14; k++) {
+        fixture x;
+        const double soft = pow(10, -k);
+        set_up_two_groups(&x, soft, 0, 0, none);
+        const double added = k < 7 ? 0 : 1e-6 * (7 + soft), d = 7 + soft + added;
+        const double stiff = 1 / (d + 1), all = 1 / (d - 7);
+        const double first = stiff + (all - stiff) / 8;
+        assert_close(x.dense[0] * x.scale[0], first, 1e-6);
+        assert_close(stiff_part(&x, 0), 2 * stiff / first, 2e-7 * first / stiff);
+        assert_true(stiff_part(&x, 0) > 0);
         tear_down(&x);
     }
 }
@@ -472,6 +507,7 @@ int main(void) {
         cmocka_unit_test(test_new_order),
         cmocka_unit_test(test_inverses),
         cmocka_unit_test(test_bad_pivots),
+        cmocka_unit_test(test_stiffened),
         cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_keep),
         cmocka_unit_test(test_no_memory),
