@@ -19,12 +19,14 @@
 #define CARRIED 0.1
 // Part of the smaller block's size: more is not the rounding of a drawing.
 #define ROUNDED 0.02
-enum { MOST_TOLD = 10 };
+// Mistakes that are told; with so many found the search ends.
+enum { MOST_TOLD = 10, MOST_DEEP = 1000 };
 
 // Two areas of a scene that overlap.
 typedef struct overlap {
     int first, second; // bodies, see `entry`; first < second
     double area;       // [m2]
+    double allowed;    // [m] a larger depth is an error
     double depth;      // [m] mean thickness: that of a strip with this area and this outline
     nmm_vec2 place;    // [m] on its outline
 } overlap;
@@ -60,7 +62,7 @@ typedef struct search {
     int cut_capacity;
     double *cut; // scratch: parameters of an edge
 
-    int n_found, found_capacity;
+    int n_found, found_capacity, n_deep;
     overlap *found;
 } search;
 
@@ -269,6 +271,14 @@ static double thickness_of(double area, double length) {
     return root > 0 ? 2 * area / (half + sqrt(root)) : half / 2;
 }
 
+// Depth that is an error [m]: more than the rounding of a drawing, or than contacts carry.
+static double depth_allowed(const search *s, int first, int second) {
+    const nmm_scene_area *a = area_of(s->scene, first), *b = area_of(s->scene, second);
+    const double smaller = nmm_min(fabs(nmm_polygon_moments(a->n, a->corner).area),
+                                   fabs(nmm_polygon_moments(b->n, b->corner).area));
+    return nmm_min(ROUNDED * sqrt(smaller), CARRIED / SAME * s->same);
+}
+
 // Note the common part of two entries whose boxes overlap, if there is any.
 static nmm_status compare_pair(search *s, const entry *first, const entry *second) {
     outline sum = {0};
@@ -284,12 +294,17 @@ static nmm_status compare_pair(search *s, const entry *first, const entry *secon
     const double depth = area > 0 ? thickness_of(area, sum.length) : 0;
     if (depth < TOUCH / SAME * s->same) return NMM_OK;
     TRY(nmm_grow(s->context, &s->found, &s->found_capacity, s->n_found + 1, sizeof *s->found));
-    s->found[s->n_found++] =
-        (overlap){.first = first->body,
-                  .second = second->body,
-                  .area = area,
-                  .depth = depth,
-                  .place = nmm_vec2_add(s->origin, nmm_vec2_scale(1 / sum.length, sum.place))};
+    const bool block = second->body >= 0;
+    const overlap found = {
+        .first = first->body,
+        .second = second->body,
+        .area = area,
+        .allowed = block ? depth_allowed(s, first->body, second->body) : INFINITY,
+        .depth = depth,
+        .place = nmm_vec2_add(s->origin, nmm_vec2_scale(1 / sum.length, sum.place)),
+    };
+    s->found[s->n_found++] = found;
+    s->n_deep += found.depth > found.allowed;
     return NMM_OK;
 }
 
@@ -329,7 +344,7 @@ static int compare_overlaps(const void *a, const void *b) {
 
 static nmm_status find_overlaps(search *s) {
     TRY(build_index(s));
-    for (int i = 0; i < s->n_entry; i++) {
+    for (int i = 0; i < s->n_entry && s->n_deep <= MOST_DEEP; i++) {
         for (int l = 0; l < s->n_level; l++) {
             if (s->level[l] >= s->entry[i].level) TRY(search_level(s, i, s->level[l]));
         }
@@ -354,27 +369,23 @@ static pair_text describe(const nmm_scene *scene, const overlap *o) {
     return told;
 }
 
-// Depth that is an error [m]: more than the rounding of a drawing, or than contacts carry.
-static double depth_allowed(const nmm_scene *scene, const overlap *o, double size) {
-    const nmm_scene_area *a = area_of(scene, o->first), *b = area_of(scene, o->second);
-    const double smaller = nmm_min(fabs(nmm_polygon_moments(a->n, a->corner).area),
-                                   fabs(nmm_polygon_moments(b->n, b->corner).area));
-    return nmm_min(ROUNDED * sqrt(smaller), CARRIED * size);
-}
-
-static nmm_status reject_deep(search *s, double size, int *n_deep) {
-    for (int k = 0; k < s->n_found; k++) {
+static nmm_status reject_deep(search *s) {
+    int n = 0;
+    for (int k = 0; k < s->n_found && n < MOST_TOLD; k++) {
         const overlap *o = &s->found[k];
-        if (o->second < 0) continue;
-        const double allowed = depth_allowed(s->scene, o, size);
-        if (o->depth <= allowed || ++*n_deep > MOST_TOLD) continue;
+        if (o->depth <= o->allowed) continue;
+        n += 1;
+        char more[60] = "";
+        if (n == MOST_TOLD && s->n_deep > n)
+            snprintf(more, sizeof more, " (and %s%d more pairs)",
+                     s->n_deep > MOST_DEEP ? "at least " : "", s->n_deep - n);
         const nmm_status status = nmm_scene_reject(
             s->context, s->scene, s->scene->block[o->second].area.mark,
-            "%s; blocks must lie side by side, and no more than %.2g m is taken as rounding",
-            describe(s->scene, o).text, allowed);
+            "%s; blocks must lie side by side, and no more than %.2g m is taken as rounding%s",
+            describe(s->scene, o).text, o->allowed, more);
         if (status != NMM_ERROR_INPUT) return status;
     }
-    return *n_deep > 0 ? NMM_ERROR_INPUT : NMM_OK;
+    return n > 0 ? NMM_ERROR_INPUT : NMM_OK;
 }
 
 // One warning for all blocks, at the deepest overlap.
@@ -413,10 +424,9 @@ static nmm_status warn_domain(search *s) {
 
 nmm_status nmm_cut_overlaps(nmm_context *context, nmm_scene *scene, double size, nmm_vec2 origin) {
     search s = {.context = context, .scene = scene, .origin = origin, .same = SAME * size};
-    int n_deep = 0;
     const bool single = scene->n_domain + scene->n_block < 2;
     nmm_status status = single ? NMM_OK : find_overlaps(&s);
-    if (status == NMM_OK) status = reject_deep(&s, size, &n_deep);
+    if (status == NMM_OK) status = reject_deep(&s);
     if (status == NMM_OK) status = warn_blocks(&s);
     if (status == NMM_OK) status = warn_domain(&s);
     nmm_release(context, &s.entry);

@@ -167,6 +167,16 @@ static void domain_of_two_materials(void **state) {
     }
 }
 
+// A pile of copies: told without comparing all pairs.
+static void many_copies(void **state) {
+    (void)state;
+    stage s;
+    stage_open(&s, 0.3);
+    for (int k = 0; k < 20000; k++)
+        stage_block(&s, 4, (double[]){0, 0, 1, 0, 1, 1, 0, 1}, "copy");
+    told_depth(&s, NMM_ERROR_INPUT, "block 'copy' overlaps block 'copy' by 1 m");
+}
+
 static void many_blocks(void **state) {
     (void)state;
     enum { N = 100 };
@@ -185,10 +195,15 @@ static void many_blocks(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rectangles),   cmocka_unit_test(rounded_drawing),
-        cmocka_unit_test(notch),        cmocka_unit_test(domain_and_hole),
-        cmocka_unit_test(shared_edges), cmocka_unit_test(mixed_sizes),
-        cmocka_unit_test(many_blocks),  cmocka_unit_test(domain_of_two_materials),
+        cmocka_unit_test(rectangles),
+        cmocka_unit_test(rounded_drawing),
+        cmocka_unit_test(notch),
+        cmocka_unit_test(domain_and_hole),
+        cmocka_unit_test(shared_edges),
+        cmocka_unit_test(mixed_sizes),
+        cmocka_unit_test(many_blocks),
+        cmocka_unit_test(many_copies),
+        cmocka_unit_test(domain_of_two_materials),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
