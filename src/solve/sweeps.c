@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
 // Chebyshev's weights by the three-term recursion, eq. (6.12). A residual that falls slower than
-// the bounds allow has a part outside of them, and tells where: the bounds are corrected, eq.
-// (6.13). Only square roots, so that the bits do not depend on a mathematics library.
+// the bounds allow, from the recursion's start to now, has a part outside of them, and tells where:
+// the bounds are corrected, eq. (6.13). From window to window it may well grow, because each part
+// swings. Only square roots, so that the bits do not depend on a mathematics library.
 
 #include "sweeps.h"
 
 #include <math.h>
 
-// Sweeps over which progress is measured: 2^LOG_WINDOW.
-#define LOG_WINDOW 5
+// Sweeps between two judgements.
 #define WINDOW 32
 
 // Windows in a row that gain nothing: rounding has the last word.
@@ -18,11 +18,16 @@
 // A residual that has grown by this factor has no way back.
 #define BEYOND_ALL_BOUNDS 1e10
 
+// Growth of r.D^-1 r that only an eigenvalue above the bounds can cause, rounding cannot.
+#define GROWTH 4
+
 // The smallest eigenvalue is never taken for less than this part of the largest.
 #define SMALLEST 1e-12
 
 void plan_start(sweeps *plan, double norm, double weighted) {
     plan->rho = 0;
+    plan->began = weighted;
+    plan->n_since = 0;
     plan->lowest = weighted;
     plan->largest = BEYOND_ALL_BOUNDS * norm;
     plan->mark = norm;
@@ -52,28 +57,58 @@ void plan_batch(sweeps *plan, int n, double (*weight)[2]) {
         if (plan->chebyshev) next_weights(plan, weight[k]);
     }
     plan->n_window += n;
+    plan->n_since += n;
 }
 
-// After a window in which the residual changed by `factor`: bounds that explain it, where those in
-// use do not.
-static void correct_bounds(sweeps *plan, double factor) {
+static double power(double x, int n) {
+    double result = 1;
+    for (; n > 0; n /= 2, x *= x)
+        if (n % 2 == 1) result *= x;
+    return result;
+}
+
+// The y >= 1 for which (y^n + y^-n) / 2, Chebyshev's polynomial of (y + 1/y) / 2, is `value`.
+static double root_of_chebyshev(double value, int n) {
+    const double wanted = value * (1 + sqrt(1 - 1 / value / value));
+    double low = 1, high = 2;
+    while (power(high, n) < wanted)
+        high *= 2;
+    for (int round = 0; round < 50; round++) {
+        const double middle = 0.5 * (low + high);
+        if (power(middle, n) < wanted) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return high;
+}
+
+// Bounds that explain the progress since the recursion began, where those in use do not.
+static void correct_bounds(sweeps *plan, double weighted) {
     const double middle = 0.5 * (plan->bounds[1] + plan->bounds[0]);
     const double radius = 0.5 * (plan->bounds[1] - plan->bounds[0]);
     const double ratio = middle / radius;
-    const double wanted = ratio - sqrt(ratio * ratio - 1);
-    double had = factor;
-    for (int k = 0; k < LOG_WINDOW; k++)
-        had = sqrt(had);
-    if (had * had <= wanted) return;
-    // An eigenvalue at distance x radius from the middle grows by w = x + sqrt(x x - 1) per sweep.
-    const double w = had / wanted;
-    const double distance = 0.5 * (w + 1 / w) * radius;
-    if (had < 1) {
-        plan->bounds[0] = nmm_max(0.8 * (middle - distance), SMALLEST * plan->bounds[1]);
-    } else {
-        plan->bounds[1] = 1.1 * (middle + distance);
+    const double fall = power(ratio - sqrt(ratio * ratio - 1), plan->n_since);
+    // What the square root of r.D^-1 r must have come down to, and what it has.
+    const double bound = 2 * fall / (1 + fall * fall), had = sqrt(weighted / plan->began);
+    const bool grown = weighted > plan->began;
+    // A part in a hundred million would hide behind rounding.
+    const bool too_long = bound < 1e-16;
+    if (had * had > bound && (!grown || weighted > GROWTH * plan->began) && !too_long) {
+        const double y = root_of_chebyshev(nmm_max(had / bound, 1), plan->n_since);
+        const double distance = 0.5 * (y + 1 / y) * radius;
+        if (grown) {
+            plan->bounds[1] = 1.1 * (middle + distance);
+        } else {
+            plan->bounds[0] = nmm_max(0.8 * (middle - distance), SMALLEST * plan->bounds[1]);
+        }
+    } else if (!too_long) {
+        return;
     }
     plan->rho = 0;
+    plan->began = weighted;
+    plan->n_since = 0;
 }
 
 sweeps_verdict plan_judge(sweeps *plan, double norm, double weighted) {
@@ -84,7 +119,7 @@ sweeps_verdict plan_judge(sweeps *plan, double norm, double weighted) {
     plan->lowest = nmm_min(plan->lowest, weighted);
     if (plan->n_window < WINDOW) return SWEEPS_GO_ON;
     plan->n_idle = norm < plan->mark ? 0 : plan->n_idle + 1;
-    if (plan->chebyshev) correct_bounds(plan, norm / plan->mark);
+    if (plan->chebyshev) correct_bounds(plan, weighted);
     plan->mark = norm;
     plan->n_window = 0;
     return plan->n_idle < IDLE_WINDOWS ? SWEEPS_GO_ON : SWEEPS_STAGNATE;

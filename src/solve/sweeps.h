@@ -13,6 +13,8 @@ typedef struct sweeps {
     double damping;   // of jacobi
     double bounds[2]; // of the spectrum of D^-1 K; 0: not estimated
     double rho;       // of Chebyshev's recursion; 0 before the first sweep
+    double began;     // r.D^-1 r when the recursion began
+    int n_since;      // sweeps since then
     double lowest;    // smallest r.D^-1 r so far
     double largest;   // residual beyond which there is no way back
     double mark;      // residual when the window of sweeps that is watched began
