@@ -172,6 +172,7 @@ nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, nmm_solve
     static const char *const why[] = {"", "2x2 blocks promise the least work",
                                       "clusters promise the least work",
                                       "rigid motions of bodies promise the least work"};
-    report->why = why[now.blocks];
+    // What mixed precision fell back to comes first.
+    if (report->why[0] == '\0') report->why = why[now.blocks];
     return NMM_OK;
 }

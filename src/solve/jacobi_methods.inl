@@ -133,6 +133,7 @@ static void run_narrow(nmm_solver *s, sweeps *plan, double norm, nmm_solve_repor
 // Residual correction: rounds in float32, each judged in float64, until the residual is small or a
 // round gains too little; then float64 goes on from there.
 static double run_mixed(nmm_solver *s, sweeps *plan, double norm, nmm_solve_report *report) {
+    const sweeps planned = plan != NULL ? *plan : (sweeps){0};
     while (!(norm <= s->limit) && report->iterations < s->options.max_iterations) {
         const double before = norm;
         run_narrow(s, plan, norm, report);
@@ -152,6 +153,8 @@ static double run_mixed(nmm_solver *s, sweeps *plan, double norm, nmm_solve_repo
         report->by_average_change = false;
         report->precision = NMM_PRECISION_DOUBLE;
         report->why = "float32 gained nothing more, float64 went on";
+        // Bounds that float32's rounding has bent.
+        if (plan != NULL) *plan = planned;
         break;
     }
     s->state->limit = s->limit * s->limit;
@@ -248,7 +251,8 @@ static double try_sweeps(nmm_solver *s, const double *u, nmm_solve_report *repor
     // By the paper's test the newest iterate is the result, and what is measured is another.
     if (report->by_average_change) norm = true_norm(s);
     s->lambda[0] = plan.bounds[0];
-    s->lambda[1] = plan.bounds[1];
+    // Bounds that served badly are not handed on.
+    s->lambda[1] = report->end == NMM_SOLVE_CONVERGED ? plan.bounds[1] : 0;
     s->lambda_blocks = s->blocks;
     report->lambda_min = plan.chebyshev ? plan.bounds[0] : 0;
     report->lambda_max = plan.bounds[1] / 1.05;
