@@ -229,13 +229,20 @@ static void assemble_contacts(nmm_system *system, const nmm_state *state, int c)
         const nmm_contact_row *row = &system->row[contact];
         const double kn = p->normal_stiffness;
         const double ks = p->mode == NMM_CONTACT_STICK ? p->shear_stiffness : 0;
+        const double across[2] = {kn * row->normal[i][0], kn * row->normal[i][1]};
+        const double along[2] = {ks * row->shear[i][0], ks * row->shear[i][1]};
+        const int *slot = system->contact_slot + 36 * contact + 6 * (long)i;
         for (int j = 0; j < 6; j++) {
-            double *block =
-                system->K.value + 4 * (long)system->contact_slot[36 * contact + 6 * i + j];
-            for (int x = 0; x < 4; x++) {
-                block[x] += kn * row->normal[i][x / 2] * row->normal[j][x % 2] +
-                            ks * row->shear[i][x / 2] * row->shear[j][x % 2];
-            }
+            double *block = system->K.value + 4 * (long)slot[j];
+            const double n0 = row->normal[j][0], n1 = row->normal[j][1];
+            const double s0 = row->shear[j][0], s1 = row->shear[j][1];
+            const double sum[4] = {
+                block[0] + (across[0] * n0 + along[0] * s0),
+                block[1] + (across[0] * n1 + along[0] * s1),
+                block[2] + (across[1] * n0 + along[1] * s0),
+                block[3] + (across[1] * n1 + along[1] * s1),
+            };
+            memcpy(block, sum, sizeof sum);
         }
     }
 }
