@@ -111,7 +111,7 @@ class Bench:
         self.all_systems()
 
     def solve(self, files, *words):
-        budget = ["-b", self.given.budget]
+        budget = ["-b", self.given.budget, "-s", 300 if self.given.long else 5]
         return self.call("bench_peers", *budget, "-t", "1e-6", "-t", "1e-10", *words, *files)
 
     def run_peers(self):

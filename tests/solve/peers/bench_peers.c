@@ -10,6 +10,7 @@
 //                    FILE...
 //     -r  rounds at most (9); at least 5 where a solve takes less than 0.3 s, 3 up to 2 s, else 1
 //     -b  seconds for one method in one system (0.5)
+//     -s  a method that took longer is not tried again on the same system (5)
 //     -o  only methods whose name contains NAME; -x  none whose name contains NAME
 
 #include "bench.h"
@@ -27,8 +28,6 @@
 #define MAX_ROUNDS 99
 // Time of a batch of solves, which the clock can measure.
 #define BATCH_SECONDS 2e-3
-// A method that took longer than this is not tried again on the same system.
-#define TOO_SLOW 20
 // Systems above this many rows are not all held open at once: one method after the other.
 #define ROWS_TOGETHER 20000
 
@@ -38,7 +37,7 @@ typedef struct choices {
     int threads[8];
     int n_threads;
     int rounds;
-    double budget;
+    double budget, too_slow;
     const char *only[16], *without[16];
     int n_only, n_without;
 } choices;
@@ -112,7 +111,8 @@ static void close_entry(entry *e) {
 
 // Solve until the true residual holds, asking for less where it does not; seconds of the last
 // solve.
-static double find_tolerance(entry *e, const bench_system *s, double tolerance, double *u) {
+static double find_tolerance(entry *e, const choices *c, const bench_system *s, double tolerance,
+                             double *u) {
     double took = 0;
     e->asked = tolerance;
     for (int k = 0; k < 8; k++) {
@@ -120,12 +120,13 @@ static double find_tolerance(entry *e, const bench_system *s, double tolerance, 
         e->iterations = e->method->solve(e->state, e->asked, u);
         took = nmm_clock() - start;
         *e->slowest = nmm_max(*e->slowest, took);
+        if (took > c->too_slow) fprintf(stderr, "  %s: %.0f s\n", e->method->name, took);
         if (e->iterations < 0) break;
         e->residual = bench_true_residual(s, u);
         if (e->residual <= tolerance * (1 + 1e-9)) break;
         e->asked *= 0.5;
         // Far off: rounding, which no smaller tolerance helps against.
-        if (e->residual > 100 * tolerance || took > TOO_SLOW) break;
+        if (e->residual > 100 * tolerance || took > c->too_slow) break;
     }
     return took;
 }
@@ -134,14 +135,14 @@ static double find_tolerance(entry *e, const bench_system *s, double tolerance, 
 // system. A solve of more than two seconds is a round by itself.
 static void calibrate(entry *e, const choices *c, const bench_system *s, int n_thread,
                       double tolerance, double *u) {
-    if (*e->slowest > TOO_SLOW) {
+    if (*e->slowest > c->too_slow) {
         snprintf(e->note, sizeof e->note, "left out: took %.0f s before", *e->slowest);
         return;
     }
     e->state = e->method->open(s, e->method, n_thread);
     snprintf(e->note, sizeof e->note, "cannot be opened");
     if (e->state == NULL) return;
-    double took = find_tolerance(e, s, tolerance, u);
+    double took = find_tolerance(e, c, s, tolerance, u);
     keep_note(e);
     if (e->iterations < 0 || !(e->residual <= tolerance * (1 + 1e-9))) {
         if (e->iterations >= 0) snprintf(e->note, sizeof e->note, "residual %.1e", e->residual);
@@ -224,8 +225,8 @@ static void measure(const choices *c, const bench_system *s, const char *name, d
 // --- The command line
 
 static choices read_choices(int argc, char **argv) {
-    choices c = {.rounds = 9, .budget = 0.5};
-    for (int option; (option = getopt(argc, argv, "t:j:r:b:o:x:")) != -1;) {
+    choices c = {.rounds = 9, .budget = 0.5, .too_slow = 5};
+    for (int option; (option = getopt(argc, argv, "t:j:r:b:s:o:x:")) != -1;) {
         if (option == 't' && c.n_tolerance < 8)
             c.tolerance[c.n_tolerance++] = strtod(optarg, NULL);
         else if (option == 'j' && c.n_threads < 8)
@@ -234,6 +235,8 @@ static choices read_choices(int argc, char **argv) {
             c.rounds = nmm_max_int(1, nmm_min_int(MAX_ROUNDS, atoi(optarg)));
         else if (option == 'b')
             c.budget = strtod(optarg, NULL);
+        else if (option == 's')
+            c.too_slow = strtod(optarg, NULL);
         else if (option == 'o' && c.n_only < 16)
             c.only[c.n_only++] = optarg;
         else if (option == 'x' && c.n_without < 16)

@@ -12,8 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Sweeps after which methods that have no other end are given up.
+// Sweeps after which methods are given up: those without acceleration, and Chebyshev's.
 #define SWEEPS 50000
+#define WEIGHTED_SWEEPS 5000
 
 typedef struct ours {
     nmm_context context;
@@ -47,6 +48,7 @@ static void *open_ours(const bench_system *system, const bench_method *method, i
     const int asked = method->choice[0];
     const bool sweeps = asked != NMM_SOLVE_AUTO && asked != NMM_SOLVE_PCG;
     if (sweeps) o->options.max_iterations = SWEEPS;
+    if (asked == NMM_SOLVE_CHEBYSHEV) o->options.max_iterations = WEIGHTED_SWEEPS;
     if (nmm_solve_host()->open(&o->context, &o->solver, system->n_row, system->n_block) == NMM_OK) {
         return o;
     }
