@@ -44,6 +44,7 @@ clang)
     ;;
 esac
 # Without the direct solver, whose libraries are many and which runs on the host alone.
+# shellcheck disable=SC2016 # $ORIGIN is for the loader
 cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DNMM_DIRECT=OFF \
     -DCMAKE_C_COMPILER="$compiler" -DNMM_TARGET_FLAGS="$flags" \
     -DCMAKE_EXE_LINKER_FLAGS="$link" -DCMAKE_SHARED_LINKER_FLAGS="$link" \
@@ -70,7 +71,9 @@ pack() {
 
 rm -rf "$bundle"
 mkdir -p "$bundle/bin" "$bundle/lib" "$bundle/scenes"
-export LD_LIBRARY_PATH="$(dirname "$(find "$build" -name libnmm.so)"):${LD_LIBRARY_PATH:-}"
+library=$(find "$build" -name libnmm.so)
+LD_LIBRARY_PATH=${library%/*}:${LD_LIBRARY_PATH:-}
+export LD_LIBRARY_PATH
 for program in nmm tests/offload/test_offload tests/solve/bench_solve; do
     pack "$build/$program" bin
 done
@@ -89,7 +92,7 @@ cp "$source/offload/check.sh" "$bundle/check.sh"
 version=$("$compiler" --version | head -n 1)
 cat >"$bundle/README" <<END
 nmm for an NVIDIA GPU, built by $version; needs its driver (libcuda.so.1) and the C library of Debian 12 or later.
-sh check.sh compares the GPU with the host, bit by bit and by time; exit status 0: equal, 1: not equal, 5: no device was used.
+sh check.sh compares the GPU with the host, bit by bit and by time; exit status 0: equal, 1: answers differ, 3: only last bits do, 5: no device was used.
 Then: bin/nmm run scenes/slope.yaml --device target; bin/nmm compare scenes/slope.yaml --steps 20 --json.
 END
 tar -C "$build" -cJf "$build/nmm-gpu.tar.xz" nmm-gpu
