@@ -9,6 +9,9 @@
 // Part of the diagonal that such a block is stiffened by, eq. (6.15).
 #define STIFFENED 1e-6
 
+// Smallest part of the largest number of an inverse that float32 holds beside it, with room to add.
+#define NARROWEST 1e-30
+
 // Relative change of a diagonal that makes an inverse useless.
 #define STALE 0.03
 
@@ -75,15 +78,19 @@ static void invert_group(int group, const int *row_start, const int *col, const 
 }
 
 static void store(const int *row_start, int group, matrix a, float *dense, double *scale) {
-    double largest = 0;
+    double largest = 0, smallest = INFINITY;
     for (int i = 0; i < NMM_GROUP_UNKNOWNS; i++) {
         const int row = group * NMM_GROUP + i / 2;
-        if (row_start[row] == row_start[row + 1]) a[i][i] = 0;
-        largest = nmm_max(largest, a[i][i]);
+        if (row_start[row] == row_start[row + 1]) {
+            a[i][i] = 0;
+        } else {
+            largest = nmm_max(largest, a[i][i]);
+            smallest = nmm_min(smallest, a[i][i]);
+        }
     }
     int exponent = 0;
     frexp(largest, &exponent);
-    *scale = ldexp(1, exponent);
+    *scale = smallest >= NARROWEST * largest ? ldexp(1, exponent) : 0;
     const double shrink = ldexp(1, -exponent);
     // Both halves from the mean: an exactly symmetric preconditioner.
     for (int i = 0; i < NMM_GROUP_UNKNOWNS; i++)

@@ -212,6 +212,25 @@ static nmm_solve_options complete_options(const nmm_context *context, bool stage
     return o;
 }
 
+// Beyond this a place is not one, and squares of distances might overflow.
+#define FARTHEST 1e100
+
+static nmm_status check_hints(nmm_context *context, int n_row, const nmm_solve_options *o) {
+    if (o->place == NULL || o->body == NULL) return NMM_OK;
+    for (int row = 0; row < n_row; row++) {
+        const double x = o->place[2 * (long)row], y = o->place[2 * (long)row + 1];
+        if (!(fabs(x) <= FARTHEST && fabs(y) <= FARTHEST)) {
+            return nmm_fail(context, NMM_ERROR_ARGUMENT, "place of row %d is (%g, %g)", row, x, y);
+        }
+        if (o->body[row] < 0 || o->body[row] >= n_row) {
+            return nmm_fail(context, NMM_ERROR_ARGUMENT,
+                            "body of row %d is %d, which is not within 0 .. %d", row, o->body[row],
+                            n_row - 1);
+        }
+    }
+    return NMM_OK;
+}
+
 nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, const nmm_bsr *K,
                             const nmm_solve_options *options) {
     TRY(check_options(context, options));
@@ -221,7 +240,7 @@ nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, cons
                         "a system of %d rows and %d blocks in a solver opened for %d and %d",
                         K->n_row, n_block, solver->max_row, solver->max_block);
     }
-    return NMM_OK;
+    return check_hints(context, K->n_row, options);
 }
 
 static bool has_avx2(void) {
@@ -268,9 +287,25 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
 
 // --- Checks of the system
 
-// Row whose columns are not ascending within the matrix, or whose diagonal is elsewhere; -1: none.
+// Row with a block whose mirror image is not there.
+static int one_sided_row(const nmm_bsr *K) {
+    for (int row = 0; row < K->n_row; row++) {
+        for (int k = K->row_start[row]; k < K->row_start[row + 1]; k++) {
+            const int other = K->col[k];
+            bool found = false;
+            for (int m = K->row_start[other]; m < K->row_start[other + 1]; m++)
+                found |= K->col[m] == row;
+            if (!found) return row;
+        }
+    }
+    return -1;
+}
+
+// Row whose columns are not ascending within the matrix, or whose diagonal is elsewhere,
+// or which has a block on one side only; -1: none.
 static int bad_pattern_row(const nmm_bsr *K, int n_block) {
     if (K->row_start[0] != 0) return 0;
+    long n_lower = 0, n_upper = 0;
     for (int row = 0; row < K->n_row; row++) {
         const int begin = K->row_start[row], end = K->row_start[row + 1];
         if (end <= begin || end > n_block) return row;
@@ -280,8 +315,10 @@ static int bad_pattern_row(const nmm_bsr *K, int n_block) {
         }
         const int d = K->diagonal[row];
         if (d < begin || d >= end || K->col[d] != row) return row;
+        n_upper += end - d - 1;
+        n_lower += d - begin;
     }
-    return -1;
+    return n_lower == n_upper ? -1 : one_sided_row(K);
 }
 
 // Sum of 0 * x over the blocks of a row: 0, or NaN when one number is not finite.
@@ -428,6 +465,12 @@ static bool take_narrow(nmm_solver *s) {
     return largest < 1e25;
 }
 
+static bool dense_fits(const nmm_solver *s) {
+    for (int g = 0; g < s->clusters.n_group; g++)
+        if (s->dense_scale[g] == 0) return false;
+    return true;
+}
+
 // Inverted clusters and coarse factor, where there are none to reuse.
 static nmm_status make_blocks(nmm_context *context, nmm_solver *s, nmm_solve_report *report) {
     if (s->blocks < NMM_BLOCKS_CLUSTER) return NMM_OK;
@@ -436,6 +479,10 @@ static nmm_status make_blocks(nmm_context *context, nmm_solver *s, nmm_solve_rep
     s->dense_new = made > 0;
     s->dense_made = true;
     report->setups += made > 0;
+    if (!dense_fits(s)) {
+        s->dense = NULL;
+        report->why = "2x2 blocks, because rows of a cluster differ too much in scale for float32";
+    }
     // Springs that closed or opened change the coarse system as well.
     if (made > 0) s->coarse_made = false;
     if (s->blocks < NMM_BLOCKS_BODY || s->coarse_made) return NMM_OK;

@@ -56,9 +56,11 @@ typedef struct nmm_solve_options {
     nmm_solve_method method;
     nmm_solve_blocks blocks;
     nmm_solve_precision precision;
-    // What a coarse correction needs to know of the rows; NULL: not known, no coarse correction.
-    const double *place; // [n_row][2] m: where a block row's two unknowns are displacements of
-    const int *body;     // [n_row] >= 0: rows of one body are connected by its elements
+    // What a coarse correction needs to know of the rows; one NULL: not known, no coarse
+    // correction. Read when a pattern is new. Out of range: NMM_ERROR_ARGUMENT, whatever the blocks
+    // are.
+    const double *place; // [n_row][2] m, within -1e100 .. 1e100: where a row's displacements are
+    const int *body;     // [n_row] 0 .. n_row - 1: rows of one body are connected by its elements
     // What was prepared for the last system (inverted blocks, coarse factor, direct factor,
     // measured rates) may serve this one, which differs little. Give false where bits must not
     // depend on the systems before.

@@ -178,9 +178,9 @@ void nmm_lanczos_bounds(int n, double history[][2], double bounds[2]);
 double nmm_sor_run(nmm_solver *solver, const double *u, nmm_solve_report *report);
 
 /// Invert the diagonal block of each group: dense[g] * scale[g], symmetric [16][16], zero for empty
-/// places. A block whose inverse float32 could not hold is stiffened first, one that is not positive
-/// definite is replaced by its 2x2 diagonal blocks.
-/// `keep`: those whose diagonal is within a few per cent of what it was stay as they are.
+/// places. A block whose inverse float32 could not hold is stiffened first, one that is not
+/// positive definite is replaced by its 2x2 diagonal blocks. scale[g] = 0: rows differ too much in
+/// scale. `keep`: those whose diagonal is within a few per cent of what it was stay as they are.
 /// The number of blocks made.
 typedef int nmm_invert(nmm_clusters *clusters, const int *row_start, const int *col,
                        const double *value, int n_thread, bool keep, float *dense, double *scale);
