@@ -33,6 +33,12 @@
 // and make some of it anew.
 #define BORNE 0.5
 
+// Iterations where the caller sets no limit.
+#define MOST_ITERATIONS 20000
+
+// Rate of a kind that failed.
+#define HOPELESS 1e-6
+
 typedef struct prices {
     double prepare[NMM_BLOCKS_BODY + 1], iterate[NMM_BLOCKS_BODY + 1];
     nmm_solve_blocks largest;
@@ -131,48 +137,91 @@ static void learn(nmm_experience *experience, nmm_solve_blocks blocks, int itera
     experience->rate[blocks] = log10(before / after) / iterations;
 }
 
+// One solve on its way through the kinds.
+typedef struct search {
+    prices price;
+    nmm_experience *experience;
+    nmm_solve_options now;
+    nmm_solve_blocks first; // kind it began with
+    double wanted, gain;    // orders of magnitude in all, and to go
+    int most;               // iterations allowed
+    int iterations, setups; // so far
+    bool fell_back;         // larger blocks failed: 2x2 to the end
+} search;
+
+static search begin_search(nmm_solver *solver, const nmm_bsr *K, const double *f, bool keep_pattern,
+                           const nmm_solve_options *options) {
+    nmm_experience *experience = &solver->experience;
+    if (++experience->solves % MEMORY == 0) *experience = (nmm_experience){0};
+    const bool kept = keep_pattern && solver->n_row == K->n_row;
+    search s = {.price = find_prices(solver, K, kept, options),
+                .experience = experience,
+                .now = *options,
+                .wanted = gain_wanted(K, f, options),
+                .most = options->max_iterations > 0 ? options->max_iterations : MOST_ITERATIONS};
+    s.gain = s.wanted;
+    s.now.method = NMM_SOLVE_PCG;
+    s.now.blocks = s.first = cheapest(&s.price, experience, s.gain);
+    return s;
+}
+
+// Iterations for the kind at hand, and the kind to turn to when they do not do.
+static nmm_solve_blocks set_budget(search *s) {
+    const nmm_solve_blocks here = s->now.blocks;
+    double work_there = INFINITY;
+    const nmm_solve_blocks next =
+        s->fell_back ? here : alternative(&s->price, s->experience, here, s->gain, &work_there);
+    const double budget = FEW + work_there / s->price.iterate[here];
+    const int left = s->most - s->iterations;
+    s->now.max_iterations = budget < left ? (int)budget : left;
+    return next;
+}
+
+// Take note of a run; true when another one is to follow.
+static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_report *report,
+                      nmm_solve_blocks next) {
+    const nmm_solve_blocks here = s->now.blocks;
+    const double before = solver->guess_norm, last = report->residual * solver->norm;
+    s->iterations += report->iterations;
+    s->setups += report->setups;
+    learn(s->experience, here, report->iterations, before, last);
+    if (report->end == NMM_SOLVE_CONVERGED || s->iterations >= s->most) return false;
+    if (report->end == NMM_SOLVE_TOO_SLOW) {
+        if (last > solver->limit && solver->limit > 0) s->gain = log10(last / solver->limit);
+        s->now.blocks = next;
+        return true;
+    }
+    // A system that small blocks can do without float32 may be beyond larger ones.
+    if (here == NMM_BLOCKS_COVER || report->end == NMM_SOLVE_NOT_FINITE) return false;
+    s->experience->rate[here] = HOPELESS;
+    s->now.blocks = NMM_BLOCKS_COVER;
+    s->fell_back = true;
+    return true;
+}
+
 nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, nmm_solve_run *run,
                              const nmm_bsr *K, const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_check(context, solver, K, options));
-    nmm_experience *experience = &solver->experience;
-    if (++experience->solves % MEMORY == 0) *experience = (nmm_experience){0};
-    const bool kept = keep_pattern && solver->n_row == K->n_row;
-    const prices price = find_prices(solver, K, kept, options);
-    const int most = options->max_iterations > 0 ? options->max_iterations : 20000;
-    const double wanted = gain_wanted(K, f, options);
-    double gain = wanted;
-    nmm_solve_options now = *options;
-    now.method = NMM_SOLVE_PCG;
-    now.blocks = cheapest(&price, experience, gain);
-    const nmm_solve_blocks first = now.blocks;
-    int iterations = 0, setups = 0;
-    for (;;) {
-        double work_there = 0;
-        const nmm_solve_blocks next =
-            alternative(&price, experience, now.blocks, gain, &work_there);
-        const double budget = FEW + work_there / price.iterate[now.blocks];
-        now.max_iterations = budget < most - iterations ? (int)budget : most - iterations;
-        TRY(run(context, solver, K, f, u, keep_pattern || iterations > 0, &now, report));
-        iterations += report->iterations;
-        setups += report->setups;
-        const double before = solver->guess_norm, last = report->residual * solver->norm;
-        learn(experience, now.blocks, report->iterations, before, last);
-        const bool more = report->end == NMM_SOLVE_TOO_SLOW && iterations < most;
-        if (!more) break;
-        gain = last > solver->limit && solver->limit > 0 ? log10(last / solver->limit) : gain;
-        now.blocks = next;
+    search s = begin_search(solver, K, f, keep_pattern, options);
+    bool more = true, kept = keep_pattern;
+    while (more) {
+        const nmm_solve_blocks next = set_budget(&s);
+        TRY(run(context, solver, K, f, u, kept, &s.now, report));
+        more = take_note(&s, solver, report, next);
+        kept = true;
     }
-    const double work = work_of(&price, experience, now.blocks, wanted);
+    const nmm_solve_blocks last = s.now.blocks;
+    const double work = work_of(&s.price, s.experience, last, s.wanted);
     if (report->end == NMM_SOLVE_CONVERGED && work < INFINITY) {
-        discourage(experience, &price, first, now.blocks, wanted, work);
+        discourage(s.experience, &s.price, s.first, last, s.wanted, work);
     }
-    report->iterations = iterations;
-    report->setups = setups;
+    report->iterations = s.iterations;
+    report->setups = s.setups;
     static const char *const why[] = {"", "2x2 blocks promise the least work",
                                       "clusters promise the least work",
                                       "rigid motions of bodies promise the least work"};
     // What mixed precision fell back to comes first.
-    if (report->why[0] == '\0') report->why = why[now.blocks];
+    if (report->why[0] == '\0') report->why = why[last];
     return NMM_OK;
 }

@@ -132,28 +132,37 @@ static void list_rows(nmm_coarse *c, int n) {
         if (c->part[i] >= 0) c->row[filled[c->part[i]]++] = i;
 }
 
-// Arms from the mean place of each part, over the root mean square of their lengths.
-static void measure_arms(nmm_coarse *c, const nmm_coarse_source *s) {
-    double square = 0;
-    int count = 0;
-    for (int p = 0; p < c->n_part; p++) {
-        double centre[2] = {0, 0};
-        const int begin = c->start[p], end = c->start[p + 1];
-        for (int pass = 0; pass < 2; pass++) {
-            for (int k = begin; k < end; k++) {
-                const int row = s->order != NULL ? s->order[c->row[k]] : c->row[k];
-                for (int x = 0; x < 2; x++) {
-                    double *arm = &c->arm[2 * (long)c->row[k] + x];
-                    if (pass == 0) centre[x] += s->place[2 * (long)row + x] / (end - begin);
-                    if (pass == 1) *arm = s->place[2 * (long)row + x] - centre[x];
-                    if (pass == 1) square += *arm * *arm;
-                }
-            }
-        }
-        count += end - begin;
+static const double *place_of(const nmm_coarse_source *s, int i) {
+    return s->place + 2 * (long)(s->order != NULL ? s->order[i] : i);
+}
+
+// Arms of the rows of a part from their mean place; the sum of their squares.
+static double measure_part(nmm_coarse *c, const nmm_coarse_source *s, int p) {
+    const int begin = c->start[p], end = c->start[p + 1];
+    double centre[2] = {0, 0}, square = 0;
+    for (int k = begin; k < end; k++) {
+        const double *place = place_of(s, c->row[k]);
+        centre[0] += place[0] / (end - begin);
+        centre[1] += place[1] / (end - begin);
     }
-    c->length = square > 0 ? sqrt(square / count) : 1;
-    for (int k = 0; k < c->start[c->n_part]; k++) {
+    for (int k = begin; k < end; k++) {
+        const double *place = place_of(s, c->row[k]);
+        double *arm = c->arm + 2 * (long)c->row[k];
+        arm[0] = place[0] - centre[0];
+        arm[1] = place[1] - centre[1];
+        square += arm[0] * arm[0] + arm[1] * arm[1];
+    }
+    return square;
+}
+
+// Arms over the root mean square of their lengths.
+static void measure_arms(nmm_coarse *c, const nmm_coarse_source *s) {
+    const int n_row = c->start[c->n_part];
+    double square = 0;
+    for (int p = 0; p < c->n_part; p++)
+        square += measure_part(c, s, p);
+    c->length = square > 0 ? sqrt(square / n_row) : 1;
+    for (int k = 0; k < n_row; k++) {
         c->arm[2 * (long)c->row[k]] /= c->length;
         c->arm[2 * (long)c->row[k] + 1] /= c->length;
     }
