@@ -126,7 +126,9 @@ static void run_narrow(nmm_solver *s, sweeps *plan, double norm, nmm_solve_repor
         run_sweeps_narrow(s, plan, 1, goal, report);
         return;
     }
-    run_recursion_narrow(s, s->options.max_iterations);
+    // Most are left to float64, which may have to go on alone.
+    const int done = s->state->iterations, left = s->options.max_iterations - done;
+    run_recursion_narrow(s, done + nmm_max_int(left / 4, nmm_min_int(left, NMM_BATCH)));
     report->iterations = s->state->iterations;
 }
 
