@@ -144,23 +144,6 @@ static void unmap_narrow(const nmm_solver *s) {
 
 // --- The backend
 
-static nmm_status open_target(nmm_context *context, nmm_solver **solver, int max_row,
-                              int max_block) {
-    *solver = NULL;
-    if (omp_get_num_devices() == 0 || !device_runs(omp_get_default_device())) {
-        return nmm_fail(context, NMM_ERROR_DEVICE, "no device runs a target region (%d named)",
-                        omp_get_num_devices());
-    }
-    const nmm_status status = nmm_solver_create(context, solver, max_row, max_block, true);
-    if (status != NMM_OK) {
-        nmm_solver_destroy(context, solver);
-        return status;
-    }
-    (*solver)->team_rows = TEAM_ROWS;
-    map_arrays(*solver);
-    return NMM_OK;
-}
-
 static void close_target(nmm_context *context, nmm_solver **solver) {
     nmm_solver *s = *solver;
     if (s != NULL) {
@@ -195,12 +178,29 @@ static nmm_status run_target(nmm_context *context, nmm_solver *solver, const nmm
     return NMM_OK;
 }
 
+static nmm_status open_target(nmm_context *context, nmm_solver **solver, int max_row,
+                              int max_block) {
+    *solver = NULL;
+    if (omp_get_num_devices() == 0 || !device_runs(omp_get_default_device())) {
+        return nmm_fail(context, NMM_ERROR_DEVICE, "no device runs a target region (%d named)",
+                        omp_get_num_devices());
+    }
+    const nmm_status status = nmm_solver_create(context, solver, max_row, max_block, true);
+    if (status != NMM_OK) {
+        nmm_solver_destroy(context, solver);
+        return status;
+    }
+    (*solver)->team_rows = TEAM_ROWS;
+    (*solver)->run = run_target;
+    map_arrays(*solver);
+    return NMM_OK;
+}
+
 static nmm_status solve_target(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                                const double *f, double *u, bool keep_pattern,
                                const nmm_solve_options *options, nmm_solve_report *report) {
     if (nmm_solver_chooses(options)) {
-        return nmm_choose_blocks(context, solver, run_target, K, f, u, keep_pattern, options,
-                                 report);
+        return nmm_choose_blocks(context, solver, K, f, u, keep_pattern, options, report);
     }
     return run_target(context, solver, K, f, u, keep_pattern, options, report);
 }

@@ -199,15 +199,15 @@ static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_repor
     return true;
 }
 
-nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, nmm_solve_run *run,
-                             const nmm_bsr *K, const double *f, double *u, bool keep_pattern,
+nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                             const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_check(context, solver, K, options));
     search s = begin_search(solver, K, f, keep_pattern, options);
     bool more = true, kept = keep_pattern;
     while (more) {
         const nmm_solve_blocks next = set_budget(&s);
-        TRY(run(context, solver, K, f, u, kept, &s.now, report));
+        TRY(solver->run(context, solver, K, f, u, kept, &s.now, report));
         more = take_note(&s, solver, report, next);
         kept = true;
     }

@@ -7,11 +7,6 @@
 
 #include "solver.h"
 
-/// A whole solve with the blocks and limits in `options`: the backend's own.
-typedef nmm_status nmm_solve_run(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
-                                 const double *f, double *u, bool keep_pattern,
-                                 const nmm_solve_options *options, nmm_solve_report *report);
-
 /// Are the blocks left to choose?
 static inline bool nmm_solver_chooses(const nmm_solve_options *options) {
     const bool pcg = options->method == NMM_SOLVE_AUTO || options->method == NMM_SOLVE_PCG;
@@ -21,8 +16,8 @@ static inline bool nmm_solver_chooses(const nmm_solve_options *options) {
 /// Conjugate gradients with the blocks that promise the least work by what earlier solves have
 /// shown; where they have shown nothing, small blocks first, and larger ones once the work done
 /// would have paid for them. Deterministic: counts work, never looks at a clock.
-nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, nmm_solve_run *run,
-                             const nmm_bsr *K, const double *f, double *u, bool keep_pattern,
+nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                             const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report);
 
 #endif

@@ -5,12 +5,6 @@
 #include "choose.h"
 #include "direct.h"
 
-static nmm_status open_host(nmm_context *context, nmm_solver **solver, int max_row, int max_block) {
-    const nmm_status status = nmm_solver_create(context, solver, max_row, max_block, false);
-    if (status != NMM_OK) nmm_solver_destroy(context, solver);
-    return status;
-}
-
 static nmm_status run_host(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                            const double *f, double *u, bool keep_pattern,
                            const nmm_solve_options *options, nmm_solve_report *report) {
@@ -36,11 +30,21 @@ static nmm_status run_host(nmm_context *context, nmm_solver *solver, const nmm_b
     return NMM_OK;
 }
 
+static nmm_status open_host(nmm_context *context, nmm_solver **solver, int max_row, int max_block) {
+    const nmm_status status = nmm_solver_create(context, solver, max_row, max_block, false);
+    if (status != NMM_OK) {
+        nmm_solver_destroy(context, solver);
+    } else {
+        (*solver)->run = run_host;
+    }
+    return status;
+}
+
 static nmm_status solve_host(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                              const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report) {
     if (nmm_solver_chooses(options)) {
-        return nmm_choose_blocks(context, solver, run_host, K, f, u, keep_pattern, options, report);
+        return nmm_choose_blocks(context, solver, K, f, u, keep_pattern, options, report);
     }
     return run_host(context, solver, K, f, u, keep_pattern, options, report);
 }

@@ -75,20 +75,22 @@ typedef struct nmm_experience {
 
 typedef struct nmm_variant nmm_variant;
 
+/// A whole solve with the blocks and limits in `options`: the backend's own.
+typedef nmm_status nmm_solve_run(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                                 const double *f, double *u, bool keep_pattern,
+                                 const nmm_solve_options *options, nmm_solve_report *report);
+
 /// Rows 0 .. n_row - 1 of the caller; 0 .. n - 1 in the iteration. D: the diagonal blocks of K that
 /// are inverted. Right-hand side and unknowns are scaled by a power of two, so that max |f| is
 /// 0.5 .. 1.
 struct nmm_solver {
     int max_row, max_block;
-    int max_n;   // rows of the iteration there is room for, padding included
-    bool staged; // the matrix is copied in any case; else only where it is reordered
+    int max_n; // rows of the iteration there is room for, padding included
     int n_row, n_block, n_thread;
+    nmm_solve_run *run; // set by the backend that opened it
     const nmm_variant *variant;
     struct nmm_barrier *barrier; // of the host's threads
-    bool pattern_kept;           // row_start and col hold what they held in the last solve
-    nmm_solve_blocks blocks;     // those of this solve, never auto
     // The matrix of the iteration: the caller's, or copies.
-    int n;          // rows
     int *row_start; // [n + 1]
     int *col;       // [n_block]
     nmm_wide wide;
@@ -104,24 +106,27 @@ struct nmm_solver {
     double *dense_scale; // [groups]
     float *dense_room;   // what `dense` points to while clusters are in use
     nmm_coarse coarse;
-    bool clusters_found, parts_found;
-    bool dense_made, coarse_made; // there are values to reuse
-    bool dense_new;               // made for this solve
-    // Target: up to team_rows rows one team does it all; arrays known on the device.
-    int team_rows;
-    bool dense_mapped, narrow_mapped;
+    struct nmm_direct *direct; // the factor of the direct method, NULL before its first solve
     nmm_experience experience;
     nmm_pace pace[NMM_BLOCKS_BODY + 1]; // host: by kind of blocks
     double lambda[2];                   // bounds of the spectrum that sweeps used last; 0: none
     nmm_solve_blocks lambda_blocks;
+    nmm_solve_blocks blocks; // those of this solve, never auto
+    int n;                   // rows of the iteration
+    int team_rows;           // target: up to so many rows one team does it all
     // What the caller asked for, in the scaled system.
     nmm_solve_options options; // every 0 replaced by what it stands for
-    int exponent;              // f = 2^exponent * scaled f
     double norm;               // |f|
     double limit;              // |r| must not be larger
     double guess_norm;         // |r| of the first guess taken
+    int exponent;              // f = 2^exponent * scaled f
     bool guess_dropped;        // u = 0 is used instead of the caller's guess
-    struct nmm_direct *direct; // the factor of the direct method, NULL before its first solve
+    bool staged;               // the matrix is copied in any case; else only where it is reordered
+    bool pattern_kept;         // row_start and col hold what they held in the last solve
+    bool clusters_found, parts_found;
+    bool dense_made, coarse_made;     // there are values to reuse
+    bool dense_new;                   // made for this solve
+    bool dense_mapped, narrow_mapped; // target: known on the device
 };
 
 /// Groups of 8 rows.
