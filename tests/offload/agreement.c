@@ -71,7 +71,7 @@ static const variant variants[] = {
     {"mixed, clusters kept", WALL, PCG, CLUSTER, 1e-10, .keep = true, .reuse = true, .mixed = true},
     {"mixed, low demand", WALL, PCG, CLUSTER, 1e-2, .keep = true, .mixed = true},
     {"mixed, too slow", WALL, PCG, CLUSTER, 1e-10, .keep = true, .mixed = true, .most = 21,
-     .end = NMM_SOLVE_TOO_SLOW},
+     .end = NMM_SOLVE_TOO_SLOW, .falls_back = true},
     {"beyond float32", HUGE_VALUES, PCG, CLUSTER, 1e-10, .keep = true, .mixed = true,
      .falls_back = true},
     {"mixed, beyond rounding", SMALL, PCG, COVER, 1e-25, .mixed = true, .end = NMM_SOLVE_STAGNATED,
