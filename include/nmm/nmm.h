@@ -127,6 +127,7 @@ typedef struct nmm_summary {
     char precision[16];
     long solves, iterations, failed;
     long with_cover, with_cluster, with_body; ///< solves by the diagonal blocks they ended with
+    long with_direct;                         ///< solves that ended with the direct method
     long setups;                              ///< times blocks or factors were made anew
     long transfers;                           ///< to and from the device
     double transfer_bytes;

@@ -98,9 +98,10 @@ static void print_steps(const nmm_summary *s) {
            s->steps, s->time, s->wall_seconds, s->dt_cuts, s->open_close_iterations / steps);
     printf("  solver %s on %s, %s precision: %ld solves, %.1f iterations each, %ld failed\n",
            s->method, s->device, s->precision, s->solves, s->iterations / solves, s->failed);
-    if (s->with_cluster + s->with_body > 0) {
-        printf("  Jacobi blocks: 2x2 in %ld solves, clusters in %ld, with bodies in %ld\n",
-               s->with_cover, s->with_cluster, s->with_body);
+    if (s->with_cluster + s->with_body + s->with_direct > 0) {
+        printf("  Jacobi blocks: 2x2 in %ld solves, clusters in %ld, with bodies in %ld; direct in "
+               "%ld\n",
+               s->with_cover, s->with_cluster, s->with_body, s->with_direct);
     }
     if (s->transfers > 0) {
         printf("  %ld transfers to and from the device, %.3g MB\n", s->transfers,
@@ -164,6 +165,7 @@ void json_solver(json *out, const nmm_summary *s) {
     json_integer(out, "cover", s->with_cover);
     json_integer(out, "cluster", s->with_cluster);
     json_integer(out, "body", s->with_body);
+    json_integer(out, "direct", s->with_direct);
     json_close(out);
     json_integer(out, "transfers", s->transfers);
     json_number(out, "transfer_bytes", s->transfer_bytes);

@@ -69,6 +69,7 @@ static const nmm_h5_column summary_column[] = {
     SUMMARY('l', with_cover, "", "solves with 2x2 blocks"),
     SUMMARY('l', with_cluster, "", "solves with clusters"),
     SUMMARY('l', with_body, "", "solves with clusters and rigid motions of bodies"),
+    SUMMARY('l', with_direct, "", "solves by the direct method"),
     SUMMARY('l', setups, "", "times blocks or factors were made anew"),
     SUMMARY('l', transfers, "", "transfers to and from the device"),
     SUMMARY('d', transfer_bytes, "B", "their size"),

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Which blocks? Each kind has a price to prepare, a price per iteration and a rate of convergence.
-// Prices follow from sizes; the rates are learned from solve to solve. A kind never tried is tried
-// when the work spent on the next smaller one equals its preparation, so that no choice costs more
-// than about twice the best one, and that only now and then.
+// Which blocks, or a factor of the whole matrix? Each kind has a price to prepare, a price per
+// iteration and a rate of convergence. Prices follow from sizes; the rates are learned from solve
+// to solve. A kind never tried is tried when the work spent on the next smaller one equals its
+// preparation, so that no choice costs more than about twice the best one, and that only now and
+// then.
 
 #include "choose.h"
 
@@ -21,7 +22,9 @@
 #define INVERT_ROW 150.0
 #define DIVIDE_BLOCK 6.0
 #define PROJECT_BLOCK 8.0
-#define FACTORISE 0.15 // by multiplication
+#define CALL_DIRECT 1e4
+#define FACTORISE_BLOCK 3.3 // of the whole matrix, by block and square root of unknowns
+#define FACTORISE 0.15      // by multiplication
 
 // Solves after which rates are measured anew.
 #define MEMORY 100
@@ -39,9 +42,13 @@
 // Rate of a kind that failed.
 #define HOPELESS 1e-6
 
+// The kinds are those of nmm_solve_blocks, and the direct method.
+enum { DIRECT = NMM_BLOCKS_BODY + 1, KINDS };
+
 typedef struct prices {
-    double prepare[NMM_BLOCKS_BODY + 1], iterate[NMM_BLOCKS_BODY + 1];
-    nmm_solve_blocks largest;
+    double prepare[KINDS], iterate[KINDS];
+    int largest; // kind of blocks
+    bool has_direct;
 } prices;
 
 static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
@@ -57,6 +64,9 @@ static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
     p.prepare[NMM_BLOCKS_CLUSTER] = TAKE_BLOCK * n_block + BORNE * make;
     if (s->staged || options->place == NULL || options->body == NULL) return p;
     p.largest = NMM_BLOCKS_BODY;
+    p.has_direct = options->method == NMM_SOLVE_AUTO && nmm_solve_has_direct();
+    p.prepare[DIRECT] = CALL_DIRECT + FACTORISE_BLOCK * n_block * sqrt(2 * n);
+    p.iterate[DIRECT] = p.prepare[DIRECT];
     const bool parts = kept && s->parts_found;
     // Before the parts are known: about what they come to.
     const double n_part = parts ? s->coarse.n_part : 0.1 * n;
@@ -70,44 +80,45 @@ static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
     return p;
 }
 
-// Work that `blocks` need for `gain` orders of magnitude; infinite where the rate is not known.
-static double work_of(const prices *p, const nmm_experience *experience, nmm_solve_blocks blocks,
-                      double gain) {
-    if (!(experience->rate[blocks] > 0)) return INFINITY;
-    return p->prepare[blocks] + gain / experience->rate[blocks] * p->iterate[blocks];
+// Work that a kind needs for `gain` orders of magnitude; infinite where the rate is not known.
+static double work_of(const prices *p, const nmm_experience *experience, int kind, double gain) {
+    if (kind == DIRECT) return p->has_direct ? p->prepare[DIRECT] : INFINITY;
+    if (!(experience->rate[kind] > 0)) return INFINITY;
+    return p->prepare[kind] + gain / experience->rate[kind] * p->iterate[kind];
 }
 
-static nmm_solve_blocks cheapest(const prices *p, const nmm_experience *experience, double gain) {
-    nmm_solve_blocks best = NMM_BLOCKS_COVER;
+static int cheapest(const prices *p, const nmm_experience *experience, double gain) {
+    int best = NMM_BLOCKS_COVER;
     // What was never measured from below up is measured first.
-    for (int k = NMM_BLOCKS_COVER; k <= (int)p->largest; k++) {
-        if (!(experience->rate[k] > 0)) break;
-        if (work_of(p, experience, (nmm_solve_blocks)k, gain) <
-            work_of(p, experience, best, gain)) {
-            best = (nmm_solve_blocks)k;
-        }
+    if (!(experience->rate[best] > 0)) return best;
+    for (int k = best + 1; k <= p->largest && experience->rate[k] > 0; k++) {
+        if (work_of(p, experience, k, gain) < work_of(p, experience, best, gain)) best = k;
     }
-    return best;
+    const double direct = work_of(p, experience, DIRECT, gain);
+    return direct < work_of(p, experience, best, gain) ? DIRECT : best;
 }
 
-// What to turn to when `blocks` turn out slow, and the work it would take: the best of the larger
-// kinds, where one not known yet counts with its preparation alone.
-static nmm_solve_blocks alternative(const prices *p, const nmm_experience *experience,
-                                    nmm_solve_blocks blocks, double gain, double *work) {
-    nmm_solve_blocks best = blocks;
+// What to turn to when a kind turns out slow, and the work it would take: the best of the larger
+// ones, where one not known yet counts with its preparation alone.
+static int alternative(const prices *p, const nmm_experience *experience, int kind, double gain,
+                       double *work) {
+    int best = kind;
     *work = INFINITY;
-    for (int k = blocks + 1; k <= (int)p->largest; k++) {
-        double there = work_of(p, experience, (nmm_solve_blocks)k, gain);
-        const bool unknown = there == INFINITY;
-        if (unknown) there = p->prepare[k];
-        if (there < *work) {
-            *work = there;
-            best = (nmm_solve_blocks)k;
-        }
-        // One unknown kind at a time.
-        if (unknown) break;
+    if (kind == DIRECT) return best;
+    bool known = true;
+    // One unknown kind at a time.
+    for (int k = kind + 1; k <= p->largest && known; k++) {
+        double there = work_of(p, experience, k, gain);
+        known = there < INFINITY;
+        if (!known) there = p->prepare[k];
+        if (there >= *work) continue;
+        *work = there;
+        best = k;
     }
-    return best;
+    const double direct = work_of(p, experience, DIRECT, gain);
+    if (direct >= *work) return best;
+    *work = direct;
+    return DIRECT;
 }
 
 // Orders of magnitude to go; the right-hand side counts, not the first guess.
@@ -120,21 +131,21 @@ static double gain_wanted(const nmm_bsr *K, const double *f, const nmm_solve_opt
     return limit > 0 && limit < norm && norm < INFINITY ? log10(norm / limit) : 1;
 }
 
-// The kinds given up on the way to `blocks`, which took `work`: not to be chosen again before the
+// The kinds given up on the way to `kind`, which took `work`: not to be chosen again before the
 // memory fades, because their first iterations gain more than later ones.
-static void discourage(nmm_experience *experience, const prices *p, nmm_solve_blocks first,
-                       nmm_solve_blocks blocks, double gain, double work) {
-    for (int k = first; k < (int)blocks; k++) {
+static void discourage(nmm_experience *experience, const prices *p, int first, int kind,
+                       double gain, double work) {
+    for (int k = first; k < kind && k <= p->largest; k++) {
         const double rest = nmm_max(1.2 * work - p->prepare[k], p->iterate[k]);
         const double rate = gain * p->iterate[k] / rest;
         experience->rate[k] = nmm_min(experience->rate[k] > 0 ? experience->rate[k] : rate, rate);
     }
 }
 
-static void learn(nmm_experience *experience, nmm_solve_blocks blocks, int iterations,
-                  double before, double after) {
-    if (iterations < FEW || !(after > 0 && after < before)) return;
-    experience->rate[blocks] = log10(before / after) / iterations;
+static void learn(nmm_experience *experience, int kind, int iterations, double before,
+                  double after) {
+    if (kind == DIRECT || iterations < FEW || !(after > 0 && after < before)) return;
+    experience->rate[kind] = log10(before / after) / iterations;
 }
 
 // One solve on its way through the kinds.
@@ -142,7 +153,7 @@ typedef struct search {
     prices price;
     nmm_experience *experience;
     nmm_solve_options now;
-    nmm_solve_blocks first; // kind it began with
+    int first, kind;        // it began with, and at hand
     double wanted, gain;    // orders of magnitude in all, and to go
     int most;               // iterations allowed
     int iterations, setups; // so far
@@ -160,41 +171,42 @@ static search begin_search(nmm_solver *solver, const nmm_bsr *K, const double *f
                 .wanted = gain_wanted(K, f, options),
                 .most = options->max_iterations > 0 ? options->max_iterations : MOST_ITERATIONS};
     s.gain = s.wanted;
-    s.now.method = NMM_SOLVE_PCG;
-    s.now.blocks = s.first = cheapest(&s.price, experience, s.gain);
+    s.kind = s.first = cheapest(&s.price, experience, s.gain);
     return s;
 }
 
 // Iterations for the kind at hand, and the kind to turn to when they do not do.
-static nmm_solve_blocks set_budget(search *s) {
-    const nmm_solve_blocks here = s->now.blocks;
+static int set_budget(search *s) {
     double work_there = INFINITY;
-    const nmm_solve_blocks next =
-        s->fell_back ? here : alternative(&s->price, s->experience, here, s->gain, &work_there);
-    const double budget = FEW + work_there / s->price.iterate[here];
+    int next = s->kind;
+    if (!s->fell_back) {
+        next = alternative(&s->price, s->experience, s->kind, s->gain, &work_there);
+    }
+    const double budget = FEW + work_there / s->price.iterate[s->kind];
     const int left = s->most - s->iterations;
     s->now.max_iterations = budget < left ? (int)budget : left;
+    s->now.method = s->kind == DIRECT ? NMM_SOLVE_DIRECT : NMM_SOLVE_PCG;
+    s->now.blocks = s->kind == DIRECT ? NMM_BLOCKS_COVER : (nmm_solve_blocks)s->kind;
     return next;
 }
 
 // Take note of a run; true when another one is to follow.
 static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_report *report,
-                      nmm_solve_blocks next) {
-    const nmm_solve_blocks here = s->now.blocks;
+                      int next) {
     const double before = solver->guess_norm, last = report->residual * solver->norm;
     s->iterations += report->iterations;
     s->setups += report->setups;
-    learn(s->experience, here, report->iterations, before, last);
+    learn(s->experience, s->kind, report->iterations, before, last);
     if (report->end == NMM_SOLVE_CONVERGED || s->iterations >= s->most) return false;
     if (report->end == NMM_SOLVE_TOO_SLOW) {
         if (last > solver->limit && solver->limit > 0) s->gain = log10(last / solver->limit);
-        s->now.blocks = next;
+        s->kind = next;
         return true;
     }
     // A system that small blocks can do without float32 may be beyond larger ones.
-    if (here == NMM_BLOCKS_COVER || report->end == NMM_SOLVE_NOT_FINITE) return false;
-    s->experience->rate[here] = HOPELESS;
-    s->now.blocks = NMM_BLOCKS_COVER;
+    if (s->kind == NMM_BLOCKS_COVER || report->end == NMM_SOLVE_NOT_FINITE) return false;
+    if (s->kind != DIRECT) s->experience->rate[s->kind] = HOPELESS;
+    s->kind = NMM_BLOCKS_COVER;
     s->fell_back = true;
     return true;
 }
@@ -206,22 +218,21 @@ nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, const nmm
     search s = begin_search(solver, K, f, keep_pattern, options);
     bool more = true, kept = keep_pattern;
     while (more) {
-        const nmm_solve_blocks next = set_budget(&s);
+        const int next = set_budget(&s);
         TRY(solver->run(context, solver, K, f, u, kept, &s.now, report));
         more = take_note(&s, solver, report, next);
         kept = true;
     }
-    const nmm_solve_blocks last = s.now.blocks;
-    const double work = work_of(&s.price, s.experience, last, s.wanted);
+    const double work = work_of(&s.price, s.experience, s.kind, s.wanted);
     if (report->end == NMM_SOLVE_CONVERGED && work < INFINITY) {
-        discourage(s.experience, &s.price, s.first, last, s.wanted, work);
+        discourage(s.experience, &s.price, s.first, s.kind, s.wanted, work);
     }
     report->iterations = s.iterations;
     report->setups = s.setups;
-    static const char *const why[] = {"", "2x2 blocks promise the least work",
-                                      "clusters promise the least work",
-                                      "rigid motions of bodies promise the least work"};
+    static const char *const why[] = {
+        "", "2x2 blocks promise the least work", "clusters promise the least work",
+        "rigid motions of bodies promise the least work", "a direct solve promises the least work"};
     // What mixed precision fell back to comes first.
-    if (report->why[0] == '\0') report->why = why[last];
+    if (report->why[0] == '\0') report->why = why[s.kind];
     return NMM_OK;
 }

@@ -69,7 +69,8 @@ typedef struct nmm_narrow {
 
 /// What automatic choice has learned of this run (choose.c).
 typedef struct nmm_experience {
-    double rate[4]; // by nmm_solve_blocks: orders of magnitude an iteration gains; 0: not known
+    double rate[NMM_BLOCKS_BODY +
+                1]; // by nmm_solve_blocks: orders of magnitude an iteration gains; 0: not known
     int solves;     // since they were last forgotten
 } nmm_experience;
 

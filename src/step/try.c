@@ -134,7 +134,9 @@ static void count_solve(nmm_summary *summary, const nmm_solve_report *report) {
     summary->solves += 1;
     summary->iterations += report->iterations;
     summary->failed += report->end != NMM_SOLVE_CONVERGED;
-    summary->with_cover += report->blocks == NMM_BLOCKS_COVER;
+    const bool direct = report->method == NMM_SOLVE_DIRECT;
+    summary->with_direct += direct;
+    summary->with_cover += !direct && report->blocks == NMM_BLOCKS_COVER;
     summary->with_cluster += report->blocks == NMM_BLOCKS_CLUSTER;
     summary->with_body += report->blocks == NMM_BLOCKS_BODY;
     summary->setups += report->setups;
