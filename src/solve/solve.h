@@ -20,7 +20,7 @@ typedef struct nmm_bsr {
 } nmm_bsr;
 
 typedef enum nmm_solve_method {
-    NMM_SOLVE_AUTO,   // picked by nmm_solve_report.why
+    NMM_SOLVE_AUTO,   // pcg or direct, see nmm_solve_report.why
     NMM_SOLVE_JACOBI, // block Jacobi, damped
     NMM_SOLVE_PCG,    // conjugate gradients, block Jacobi as preconditioner
     NMM_SOLVE_SOR,    // successive over-relaxation, unknown by unknown (point form); host only
