@@ -287,3 +287,11 @@ double test_true_residual(const test_system *system, const double *u) {
     }
     return (double)sqrtl(residual / load);
 }
+
+bool test_has_avx2(void) {
+#if defined(__x86_64__)
+    return __builtin_cpu_supports("avx2");
+#else
+    return false;
+#endif
+}

@@ -50,6 +50,8 @@ void test_system_scale(test_system *system, const double *scale);
 
 /// u = K^-1 f by elimination with pivoting on the dense matrix.
 void test_dense_solve(nmm_context *context, const test_system *system, double *u);
+/// Does this processor run the variants for AVX2?
+bool test_has_avx2(void);
 /// |f - K u| / |f|, summed in long double.
 double test_true_residual(const test_system *system, const double *u);
 

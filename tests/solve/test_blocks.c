@@ -153,26 +153,6 @@ static void test_against_elimination(void **state) {
     }
 }
 
-// Larger blocks need fewer iterations: stiff springs fall inside, bodies move as a whole.
-static void test_larger_is_faster(void **state) {
-    (void)state;
-    fixture x;
-    const rock wall = {
-        .n_across = 6, .n_up = 6, .n_node = 4, .courant = 30, .spring = 1000, .seed = 4};
-    set_up_wall(&x, &wall);
-    int iterations[4];
-    for (int b = NMM_BLOCKS_COVER; b <= NMM_BLOCKS_BODY; b++) {
-        assert_int_equal(
-            solve_with(&x, (choice){NMM_SOLVE_PCG, (nmm_solve_blocks)b, NMM_PRECISION_DOUBLE}),
-            NMM_OK);
-        assert_int_equal(x.report.end, NMM_SOLVE_CONVERGED);
-        iterations[b] = x.report.iterations;
-    }
-    assert_true(2 * iterations[NMM_BLOCKS_CLUSTER] < iterations[NMM_BLOCKS_COVER]);
-    assert_true(1.5 * iterations[NMM_BLOCKS_BODY] < iterations[NMM_BLOCKS_CLUSTER]);
-    tear_down(&x);
-}
-
 // Rows, or the two unknowns of a row, on scales up to 24 orders apart, the whole on any scale.
 static void test_badly_scaled(void **state) {
     (void)state;
@@ -348,14 +328,6 @@ static void test_same_bits_on_threads(void **state) {
     tear_down(&x);
 }
 
-static bool has_avx2(void) {
-#if defined(__x86_64__)
-    return __builtin_cpu_supports("avx2");
-#else
-    return false;
-#endif
-}
-
 // As the host's backend does, by a given variant.
 static void solve_by(fixture *x, const nmm_variant *variant, choice c) {
     x->options.method = c.method;
@@ -377,7 +349,7 @@ static void solve_by(fixture *x, const nmm_variant *variant, choice c) {
 
 static void test_same_bits_on_processors(void **state) {
     (void)state;
-    if (!has_avx2()) skip();
+    if (!test_has_avx2()) skip();
     fixture x;
     const rock wall = {
         .n_across = 5, .n_up = 4, .n_node = 5, .courant = 1, .spring = 50, .seed = 4};
@@ -609,7 +581,6 @@ static void test_no_memory(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_against_elimination),
-        cmocka_unit_test(test_larger_is_faster),
         cmocka_unit_test(test_badly_scaled),
         cmocka_unit_test(test_iterations_are_limited),
         cmocka_unit_test(test_one_row_and_none),

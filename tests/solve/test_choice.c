@@ -240,6 +240,24 @@ static void test_learns(void **state) {
     tear_down(&x);
 }
 
+// Larger blocks need fewer iterations: stiff springs fall inside, bodies move as a whole.
+static void test_larger_is_faster(void **state) {
+    (void)state;
+    fixture x;
+    const rock wall = {
+        .n_across = 6, .n_up = 6, .n_node = 4, .courant = 30, .spring = 1000, .seed = 4};
+    set_up(&x, &wall);
+    int iterations[NMM_BLOCKS_BODY + 1];
+    for (int b = NMM_BLOCKS_COVER; b <= NMM_BLOCKS_BODY; b++) {
+        x.options.blocks = (nmm_solve_blocks)b;
+        solve(&x, false);
+        iterations[b] = x.report.iterations;
+    }
+    assert_true(2 * iterations[NMM_BLOCKS_CLUSTER] < iterations[NMM_BLOCKS_COVER]);
+    assert_true(1.5 * iterations[NMM_BLOCKS_BODY] < iterations[NMM_BLOCKS_CLUSTER]);
+    tear_down(&x);
+}
+
 // --- The same way every time
 
 typedef struct trace {
@@ -435,9 +453,13 @@ static void test_reuse_after_trouble(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_never_twice_the_best),      cmocka_unit_test(test_learns),
-        cmocka_unit_test(test_same_way_every_time),       cmocka_unit_test(test_no_trace),
-        cmocka_unit_test(test_reuse_with_other_contacts), cmocka_unit_test(test_reuse_of_all),
+        cmocka_unit_test(test_never_twice_the_best),
+        cmocka_unit_test(test_learns),
+        cmocka_unit_test(test_larger_is_faster),
+        cmocka_unit_test(test_same_way_every_time),
+        cmocka_unit_test(test_no_trace),
+        cmocka_unit_test(test_reuse_with_other_contacts),
+        cmocka_unit_test(test_reuse_of_all),
         cmocka_unit_test(test_reuse_after_trouble),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

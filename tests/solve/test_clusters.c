@@ -393,14 +393,6 @@ static void test_stiffened(void **state) {
     }
 }
 
-static bool has_avx2(void) {
-#if defined(__x86_64__)
-    return __builtin_cpu_supports("avx2");
-#else
-    return false;
-#endif
-}
-
 // Plain, AVX2, one thread, several: the same bits.
 static void test_same_bits(void **state) {
     (void)state;
@@ -414,7 +406,7 @@ static void test_same_bits(void **state) {
     uint64_t first = 0;
     const nmm_variant *const variant[] = {&nmm_variant_serial, &nmm_variant_threads,
                                           &nmm_variant_serial_avx2, &nmm_variant_threads_avx2};
-    for (int k = 0; k < (has_avx2() ? 4 : 2); k++) {
+    for (int k = 0; k < (test_has_avx2() ? 4 : 2); k++) {
         for (int n_thread = 1; n_thread <= (k % 2 == 1 ? 7 : 1); n_thread += 2) {
             memset(x.dense, 1, n_dense);
             assert_int_equal(invert(&x, variant[k], n_thread, false), x.clusters.n_group);

@@ -407,14 +407,6 @@ static void test_singular(void **state) {
 
 // --- Bits and memory
 
-static bool has_avx2(void) {
-#if defined(__x86_64__)
-    return __builtin_cpu_supports("avx2");
-#else
-    return false;
-#endif
-}
-
 static void test_same_bits(void **state) {
     (void)state;
     fixture x;
@@ -424,7 +416,7 @@ static void test_same_bits(void **state) {
     uint64_t first = 0;
     const nmm_variant *const variant[] = {&nmm_variant_serial, &nmm_variant_threads,
                                           &nmm_variant_serial_avx2, &nmm_variant_threads_avx2};
-    for (int k = 0; k < (has_avx2() ? 4 : 2); k++) {
+    for (int k = 0; k < (test_has_avx2() ? 4 : 2); k++) {
         for (int n_thread = 1; n_thread <= (k % 2 == 1 ? 7 : 1); n_thread += 2) {
             x.source.n_thread = n_thread;
             memset(x.coarse.factor, 1, n_factor * sizeof(double));
