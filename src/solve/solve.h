@@ -61,9 +61,9 @@ typedef struct nmm_solve_options {
     // are.
     const double *place; // [n_row][2] m, within -1e100 .. 1e100: where a row's displacements are
     const int *body;     // [n_row] 0 .. n_row - 1: rows of one body are connected by its elements
-    // What was prepared for the last system (inverted blocks, coarse factor, direct factor,
-    // measured rates) may serve this one, which differs little. Give false where bits must not
-    // depend on the systems before.
+    // What was made from the last system's values (inverted blocks, coarse factor, direct factor,
+    // bounds of the spectrum) may serve this one, which differs little. What follows from a kept
+    // pattern, and the rates that auto has learned, serve in any case.
     bool reuse;
     double tolerance; // |f - K u| <= tolerance * |f|, or `absolute` where that is larger
     double absolute;  // [N] 0: relative only

@@ -105,7 +105,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, double h, int pass) {
         // The coarse correction is on the host only.
         .place = sim->comparable ? NULL : sim->model.cover_place,
         .body = sim->comparable ? NULL : sim->model.cover_block,
-        // Within a step only; so that a step does not depend on those before.
+        // Within a step only: matrices of other steps differ more.
         .reuse = pass > 0,
         .tolerance = settings->solver_tolerance,
         // Later passes solve for small corrections: no need to go far below the balance asked for.
