@@ -39,6 +39,12 @@
 // Iterations where the caller sets no limit.
 #define MOST_ITERATIONS 20000
 
+// Iterations that a kind not known yet has in any case: fewer tell little of its rate.
+#define TRIAL 40
+
+// Orders of magnitude that a run counts for at least.
+#define LEAST_GAIN 0.25
+
 // Rate of a kind that failed.
 #define HOPELESS 1e-6
 
@@ -131,21 +137,26 @@ static double gain_wanted(const nmm_bsr *K, const double *f, const nmm_solve_opt
     return limit > 0 && limit < norm && norm < INFINITY ? log10(norm / limit) : 1;
 }
 
-// The kinds given up on the way to `kind`, which took `work`: not to be chosen again before the
-// memory fades, because their first iterations gain more than later ones.
+// 2x2 blocks that were given up on the way to `kind`, which took `work`: not to be chosen again
+// before the memory fades, because their first iterations gain more than later ones. Those of
+// larger blocks do not.
 static void discourage(nmm_experience *experience, const prices *p, int first, int kind,
                        double gain, double work) {
-    for (int k = first; k < kind && k <= p->largest; k++) {
-        const double rest = nmm_max(1.2 * work - p->prepare[k], p->iterate[k]);
-        const double rate = gain * p->iterate[k] / rest;
-        experience->rate[k] = nmm_min(experience->rate[k] > 0 ? experience->rate[k] : rate, rate);
-    }
+    const int k = NMM_BLOCKS_COVER;
+    if (first != k || kind == k) return;
+    const double rest = nmm_max(1.2 * work - p->prepare[k], p->iterate[k]);
+    const double rate = gain * p->iterate[k] / rest;
+    experience->rate[k] = nmm_min(experience->rate[k] > 0 ? experience->rate[k] : rate, rate);
 }
 
+// Conjugate gradients may gain nothing for a while and then all at once: a kind that gained nothing
+// yet is taken for slow, not for hopeless.
 static void learn(nmm_experience *experience, int kind, int iterations, double before,
                   double after) {
-    if (kind == DIRECT || iterations < FEW || !(after > 0 && after < before)) return;
-    experience->rate[kind] = log10(before / after) / iterations;
+    if (kind == DIRECT || iterations < FEW) return;
+    const bool gained = after > 0 && after < before;
+    const double gain = gained ? log10(before / after) : 0;
+    experience->rate[kind] = nmm_max(gain, LEAST_GAIN) / iterations;
 }
 
 // One solve on its way through the kinds.
@@ -157,7 +168,7 @@ typedef struct search {
     double wanted, gain;    // orders of magnitude in all, and to go
     int most;               // iterations allowed
     int iterations, setups; // so far
-    bool fell_back;         // larger blocks failed: 2x2 to the end
+    bool to_the_end;        // nothing to turn to: larger blocks failed, or mixed precision
 } search;
 
 static search begin_search(nmm_solver *solver, const nmm_bsr *K, const double *f, bool keep_pattern,
@@ -171,7 +182,11 @@ static search begin_search(nmm_solver *solver, const nmm_bsr *K, const double *f
                 .wanted = gain_wanted(K, f, options),
                 .most = options->max_iterations > 0 ? options->max_iterations : MOST_ITERATIONS};
     s.gain = s.wanted;
-    s.kind = s.first = cheapest(&s.price, experience, s.gain);
+    s.kind = cheapest(&s.price, experience, s.gain);
+    // A budget would cut float32 short: the largest blocks, to the end.
+    s.to_the_end = options->precision == NMM_PRECISION_MIXED;
+    if (s.to_the_end) s.kind = s.price.largest;
+    s.first = s.kind;
     return s;
 }
 
@@ -179,10 +194,12 @@ static search begin_search(nmm_solver *solver, const nmm_bsr *K, const double *f
 static int set_budget(search *s) {
     double work_there = INFINITY;
     int next = s->kind;
-    if (!s->fell_back) {
+    if (!s->to_the_end) {
         next = alternative(&s->price, s->experience, s->kind, s->gain, &work_there);
     }
-    const double budget = FEW + work_there / s->price.iterate[s->kind];
+    const bool known = s->kind == DIRECT || s->experience->rate[s->kind] > 0;
+    const double enough = work_there / s->price.iterate[s->kind];
+    const double budget = known ? FEW + enough : nmm_max(TRIAL, FEW + enough);
     const int left = s->most - s->iterations;
     s->now.max_iterations = budget < left ? (int)budget : left;
     s->now.method = s->kind == DIRECT ? NMM_SOLVE_DIRECT : NMM_SOLVE_PCG;
@@ -207,7 +224,7 @@ static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_repor
     if (s->kind == NMM_BLOCKS_COVER || report->end == NMM_SOLVE_NOT_FINITE) return false;
     if (s->kind != DIRECT) s->experience->rate[s->kind] = HOPELESS;
     s->kind = NMM_BLOCKS_COVER;
-    s->fell_back = true;
+    s->to_the_end = true;
     return true;
 }
 
