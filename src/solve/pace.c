@@ -9,14 +9,18 @@
 #define TRY_SELDOM 512
 #define MUCH_SLOWER 2
 
+// Solves that each way has before the paces are compared.
+#define TRIES 3
+
 // Iterations that everything before and after them is worth.
 #define FRAME 10
 
 bool nmm_pace_shares(nmm_pace *pace) {
     const double *seconds = pace->seconds;
     pace->solves += 1;
-    if (seconds[1] == 0) return true;
-    if (seconds[0] == 0) return false;
+    // The first solve with threads makes them; one measurement tells nothing.
+    if (pace->tried[1] < TRIES) return true;
+    if (pace->tried[0] < TRIES) return false;
     const bool shares = seconds[1] < seconds[0];
     const double ratio = shares ? seconds[0] / seconds[1] : seconds[1] / seconds[0];
     const bool again = pace->solves % (ratio < MUCH_SLOWER ? TRY_AGAIN : TRY_SELDOM) == 0;
@@ -26,5 +30,8 @@ bool nmm_pace_shares(nmm_pace *pace) {
 void nmm_pace_note(nmm_pace *pace, bool shared, int iterations, double seconds) {
     double *known = &pace->seconds[shared];
     const double now = seconds / (iterations + FRAME);
-    *known = *known > 0 ? 0.75 * *known + 0.25 * now : now;
+    // Quickly down, slowly up: what disturbs a solve only makes it slower.
+    const bool better = pace->tried[shared] == 0 || now < *known;
+    *known = better ? now : 0.8 * *known + 0.2 * now;
+    pace->tried[shared] += pace->tried[shared] < TRIES;
 }

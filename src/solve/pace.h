@@ -12,6 +12,7 @@
 /// Seconds an iteration has taken lately: [0] on one thread, [1] on all; 0: not known.
 typedef struct nmm_pace {
     double seconds[2];
+    int tried[2];
     int solves;
 } nmm_pace;
 
