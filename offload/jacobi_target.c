@@ -27,25 +27,7 @@
 #define BATCH GUARDED
 #define ON_DEVICE (!omp_is_initial_device())
 
-#include "../src/solve/jacobi_scalars.inl"
-
-#define REAL double
-#define ARRAYS wide
-#define NAME(x) x##_wide
-#include "../src/solve/jacobi_kernels.inl"
-#undef REAL
-#undef ARRAYS
-#undef NAME
-
-#define REAL float
-#define ARRAYS narrow
-#define NAME(x) x##_narrow
-#include "../src/solve/jacobi_kernels.inl"
-#undef REAL
-#undef ARRAYS
-#undef NAME
-
-#include "../src/solve/jacobi_methods.inl"
+#include "../src/solve/jacobi_family.inl"
 
 double nmm_target_launches(nmm_solver *solver, const double *u, nmm_solve_report *report) {
     return run_method(solver, u, report);
@@ -70,87 +52,69 @@ int nmm_solve_target_devices(void) {
 
 // --- Data
 
+// The arrays of a solver with their lengths, for each of which DO is said: those of every solve,
+// those of clusters, those of float32.
+#define ALL_ARRAYS(DO)                                                                             \
+    DO(s, 1);                                                                                      \
+    DO(s->own_row_start, n + 1);                                                                   \
+    DO(s->own_col, n_block);                                                                       \
+    DO(s->own_value, 4 * n_block);                                                                 \
+    DO(s->wide.inverse, 4 * n);                                                                    \
+    DO(s->wide.f, 2 * n);                                                                          \
+    DO(s->wide.u, 2 * n);                                                                          \
+    DO(s->wide.r, 2 * n);                                                                          \
+    DO(s->wide.p, 2 * n);                                                                          \
+    DO(s->wide.q, 2 * n);                                                                          \
+    DO(s->wide.z, 2 * n);                                                                          \
+    DO(s->part, 2 * n_group);                                                                      \
+    DO(s->chunk, 2 * (n_group / NMM_SOLVE_CHUNK + 1));                                             \
+    DO(s->state, 1)
+#define DENSE_ARRAYS(DO)                                                                           \
+    DO(s->dense_room, n_group *NMM_GROUP_UNKNOWNS *NMM_GROUP_UNKNOWNS);                            \
+    DO(s->dense_scale, n_group)
+#define NARROW_ARRAYS(DO)                                                                          \
+    DO(s->narrow.value, 4 * n_block);                                                              \
+    DO(s->narrow.inverse, 4 * n);                                                                  \
+    DO(s->narrow.f, 2 * n);                                                                        \
+    DO(s->narrow.u, 2 * n);                                                                        \
+    DO(s->narrow.r, 2 * n);                                                                        \
+    DO(s->narrow.p, 2 * n);                                                                        \
+    DO(s->narrow.q, 2 * n);                                                                        \
+    DO(s->narrow.z, 2 * n)
+
 static void map_arrays(const nmm_solver *s) {
     const long n = s->max_n, n_block = nmm_max_int(s->max_block, 1), n_group = n / NMM_GROUP;
-    MAP(s, 1);
-    MAP(s->own_row_start, n + 1);
-    MAP(s->own_col, n_block);
-    MAP(s->own_value, 4 * n_block);
-    MAP(s->wide.inverse, 4 * n);
-    MAP(s->wide.f, 2 * n);
-    MAP(s->wide.u, 2 * n);
-    MAP(s->wide.r, 2 * n);
-    MAP(s->wide.p, 2 * n);
-    MAP(s->wide.q, 2 * n);
-    MAP(s->wide.z, 2 * n);
-    MAP(s->part, 2 * n_group);
-    MAP(s->chunk, 2 * (n_group / NMM_SOLVE_CHUNK + 1));
-    MAP(s->state, 1);
+    ALL_ARRAYS(MAP);
 }
 
-static void unmap_arrays(const nmm_solver *s) {
+// What a solve is the first to need.
+static void map_more(nmm_solver *s) {
     const long n = s->max_n, n_block = nmm_max_int(s->max_block, 1), n_group = n / NMM_GROUP;
-    UNMAP(s, 1);
-    UNMAP(s->own_row_start, n + 1);
-    UNMAP(s->own_col, n_block);
-    UNMAP(s->own_value, 4 * n_block);
-    UNMAP(s->wide.inverse, 4 * n);
-    UNMAP(s->wide.f, 2 * n);
-    UNMAP(s->wide.u, 2 * n);
-    UNMAP(s->wide.r, 2 * n);
-    UNMAP(s->wide.p, 2 * n);
-    UNMAP(s->wide.q, 2 * n);
-    UNMAP(s->wide.z, 2 * n);
-    UNMAP(s->part, 2 * n_group);
-    UNMAP(s->chunk, 2 * (n_group / NMM_SOLVE_CHUNK + 1));
-    UNMAP(s->state, 1);
+    if (s->dense_room != NULL && !s->dense_mapped) {
+        DENSE_ARRAYS(MAP);
+        s->dense_mapped = true;
+    }
+    if (s->narrow.value != NULL && !s->narrow_mapped) {
+        NARROW_ARRAYS(MAP);
+        s->narrow_mapped = true;
+    }
 }
 
-static void map_dense(const nmm_solver *s) {
-    const long n_group = s->max_n / NMM_GROUP;
-    MAP(s->dense_room, n_group * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS);
-    MAP(s->dense_scale, n_group);
-}
-
-static void unmap_dense(const nmm_solver *s) {
-    const long n_group = s->max_n / NMM_GROUP;
-    UNMAP(s->dense_room, n_group * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS);
-    UNMAP(s->dense_scale, n_group);
-}
-
-static void map_narrow(const nmm_solver *s) {
-    const long n = s->max_n, n_block = nmm_max_int(s->max_block, 1);
-    MAP(s->narrow.value, 4 * n_block);
-    MAP(s->narrow.inverse, 4 * n);
-    MAP(s->narrow.f, 2 * n);
-    MAP(s->narrow.u, 2 * n);
-    MAP(s->narrow.r, 2 * n);
-    MAP(s->narrow.p, 2 * n);
-    MAP(s->narrow.q, 2 * n);
-    MAP(s->narrow.z, 2 * n);
-}
-
-static void unmap_narrow(const nmm_solver *s) {
-    const long n = s->max_n, n_block = nmm_max_int(s->max_block, 1);
-    UNMAP(s->narrow.value, 4 * n_block);
-    UNMAP(s->narrow.inverse, 4 * n);
-    UNMAP(s->narrow.f, 2 * n);
-    UNMAP(s->narrow.u, 2 * n);
-    UNMAP(s->narrow.r, 2 * n);
-    UNMAP(s->narrow.p, 2 * n);
-    UNMAP(s->narrow.q, 2 * n);
-    UNMAP(s->narrow.z, 2 * n);
+static void unmap_all(const nmm_solver *s) {
+    const long n = s->max_n, n_block = nmm_max_int(s->max_block, 1), n_group = n / NMM_GROUP;
+    if (s->dense_mapped) {
+        DENSE_ARRAYS(UNMAP);
+    }
+    if (s->narrow_mapped) {
+        NARROW_ARRAYS(UNMAP);
+    }
+    ALL_ARRAYS(UNMAP);
 }
 
 // --- The backend
 
 static void close_target(nmm_context *context, nmm_solver **solver) {
-    nmm_solver *s = *solver;
-    if (s != NULL) {
-        if (s->dense_mapped) unmap_dense(s);
-        if (s->narrow_mapped) unmap_narrow(s);
-        unmap_arrays(s);
-    }
+    if (*solver != NULL) unmap_all(*solver);
     nmm_solver_destroy(context, solver);
 }
 
@@ -163,11 +127,7 @@ static nmm_status run_target(nmm_context *context, nmm_solver *solver, const nmm
                         nmm_solve_method_name(asked));
     }
     TRY(nmm_solver_prepare(context, solver, K, keep_pattern, options));
-    // What this solve is the first to need.
-    if (solver->dense_room != NULL && !solver->dense_mapped) map_dense(solver);
-    solver->dense_mapped = solver->dense_room != NULL;
-    if (solver->narrow.value != NULL && !solver->narrow_mapped) map_narrow(solver);
-    solver->narrow_mapped = solver->narrow.value != NULL;
+    map_more(solver);
     bool ready = false;
     TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
     if (!ready) return NMM_OK;
@@ -196,18 +156,9 @@ static nmm_status open_target(nmm_context *context, nmm_solver **solver, int max
     return NMM_OK;
 }
 
-static nmm_status solve_target(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
-                               const double *f, double *u, bool keep_pattern,
-                               const nmm_solve_options *options, nmm_solve_report *report) {
-    if (nmm_solver_chooses(options)) {
-        return nmm_choose_blocks(context, solver, K, f, u, keep_pattern, options, report);
-    }
-    return run_target(context, solver, K, f, u, keep_pattern, options, report);
-}
-
 const nmm_solve_backend *nmm_solve_target(void) {
     static const nmm_solve_backend target = {
-        .name = "target", .open = open_target, .solve = solve_target, .close = close_target};
+        .name = "target", .open = open_target, .solve = nmm_solver_solve, .close = close_target};
     return &target;
 }
 

@@ -71,25 +71,7 @@ static void attach(const nmm_solver *solver) {
     }
 }
 
-#include "../src/solve/jacobi_scalars.inl"
-
-#define REAL double
-#define ARRAYS wide
-#define NAME(x) x##_wide
-#include "../src/solve/jacobi_kernels.inl"
-#undef REAL
-#undef ARRAYS
-#undef NAME
-
-#define REAL float
-#define ARRAYS narrow
-#define NAME(x) x##_narrow
-#include "../src/solve/jacobi_kernels.inl"
-#undef REAL
-#undef ARRAYS
-#undef NAME
-
-#include "../src/solve/jacobi_methods.inl"
+#include "../src/solve/jacobi_family.inl"
 
 double nmm_target_team(nmm_solver *solver, const double *u, nmm_solve_report *report) {
     return run_method(solver, u, report);

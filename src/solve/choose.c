@@ -231,7 +231,6 @@ static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_repor
 nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                              const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report) {
-    TRY(nmm_solver_check(context, solver, K, options));
     search s = begin_search(solver, K, f, keep_pattern, options);
     bool more = true, kept = keep_pattern;
     while (more) {
@@ -252,4 +251,12 @@ nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, const nmm
     // What mixed precision fell back to comes first.
     if (report->why[0] == '\0') report->why = why[s.kind];
     return NMM_OK;
+}
+
+nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                            const double *f, double *u, bool keep_pattern,
+                            const nmm_solve_options *options, nmm_solve_report *report) {
+    TRY(nmm_solver_check(context, solver, K, options));
+    nmm_solve_run *run = nmm_solver_chooses(options) ? nmm_choose_blocks : solver->run;
+    return run(context, solver, K, f, u, keep_pattern, options, report);
 }

@@ -20,4 +20,10 @@ nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, const nmm
                              const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report);
 
+/// The `solve` of both backends: the checks of options and sizes, the choice where there is one to
+/// make, and the backend's own `run`.
+nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                            const double *f, double *u, bool keep_pattern,
+                            const nmm_solve_options *options, nmm_solve_report *report);
+
 #endif

@@ -55,6 +55,11 @@ static nmm_status reserve_rows(nmm_context *context, nmm_coarse *c, int n) {
 
 // --- Parts
 
+// Row of the caller for a row of the iteration; -1: empty.
+static int row_of(const nmm_coarse_source *s, int i) {
+    return s->order != NULL ? s->order[i] : i;
+}
+
 typedef struct body_box {
     double low[2], high[2];
     int n_row, across, up, base; // cells of a grid over the body; number of its first cell
@@ -62,7 +67,7 @@ typedef struct body_box {
 
 static void measure_bodies(const nmm_coarse_source *s, body_box *box) {
     for (int i = 0; i < s->n; i++) {
-        const int row = s->order != NULL ? s->order[i] : i;
+        const int row = row_of(s, i);
         if (row < 0) continue;
         body_box *b = &box[s->body[row]];
         for (int x = 0; x < 2; x++) {
@@ -109,7 +114,7 @@ static nmm_status find_parts(nmm_context *context, nmm_coarse *c, const nmm_coar
         number[k] = -1;
     c->n_part = 0;
     for (int i = 0; i < s->n; i++) {
-        const int row = s->order != NULL ? s->order[i] : i;
+        const int row = row_of(s, i);
         c->part[i] = -1;
         if (row < 0) continue;
         const int cell = cell_of(&box[s->body[row]], s->place + 2 * (long)row);
@@ -133,7 +138,7 @@ static void list_rows(nmm_coarse *c, int n) {
 }
 
 static const double *place_of(const nmm_coarse_source *s, int i) {
-    return s->place + 2 * (long)(s->order != NULL ? s->order[i] : i);
+    return s->place + 2 * (long)row_of(s, i);
 }
 
 // Arms of the rows of a part from their mean place; the sum of their squares.
@@ -259,7 +264,7 @@ nmm_status nmm_coarse_divide(nmm_context *context, nmm_coarse *coarse,
     TRY(reserve_rows(context, coarse, source->n));
     int n_body = 0;
     for (int i = 0; i < source->n; i++) {
-        const int row = source->order != NULL ? source->order[i] : i;
+        const int row = row_of(source, i);
         if (row >= 0) n_body = nmm_max_int(n_body, source->body[row] + 1);
     }
     body_box *box = NULL;

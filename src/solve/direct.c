@@ -316,19 +316,6 @@ static double true_norm(const nmm_solver *s) {
     return sqrt(dot(s, s->wide.r, s->wide.r));
 }
 
-// Take the first guess, or zero where that is better; its residual norm.
-static double first_norm(nmm_solver *s, const double *u) {
-    nmm_solver_load_guess(s, u);
-    double norm = true_norm(s);
-    if (!(norm <= NMM_GUESS_MARGIN * s->norm)) {
-        s->guess_dropped = true;
-        memset(s->wide.u, 0, 2 * (size_t)s->n_row * sizeof(double));
-        norm = true_norm(s);
-    }
-    s->guess_norm = norm;
-    return norm;
-}
-
 // One step of conjugate gradients, eqs. (6.6) and (6.7) with the factor in place of D. `rho` is
 // that of the step before, 0 at first; becomes -1 when the matrix or the factor is not positive in
 // the direction tried, or a number is not finite. *norm: of the recursion's residual.
@@ -393,7 +380,7 @@ static nmm_status try_old_factor(nmm_context *context, nmm_direct *d, nmm_solver
     // The cost per solve has passed its lowest point, eq. (6.22): the next solve makes a new
     // factor.
     if (cost * d->n_solve > d->spent) d->usable = false;
-    if (!(*norm <= s->guess_norm)) *norm = first_norm(s, u);
+    if (!(*norm <= s->guess_norm)) *norm = nmm_solver_first_norm(s, u, true_norm);
     return NMM_OK;
 }
 
@@ -426,7 +413,7 @@ static nmm_status run(nmm_context *context, nmm_solver *s, const double *u, doub
     if (s->direct == NULL) TRY(create(context, &s->direct));
     nmm_direct *d = s->direct;
     d->fresh = false;
-    *norm = first_norm(s, u);
+    *norm = nmm_solver_first_norm(s, u, true_norm);
     if (*norm <= s->limit) return NMM_OK;
     if (old_factor_pays(d, s)) {
         TRY(try_old_factor(context, d, s, u, norm, report));

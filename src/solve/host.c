@@ -9,12 +9,12 @@ static nmm_status run_host(nmm_context *context, nmm_solver *solver, const nmm_b
                            const double *f, double *u, bool keep_pattern,
                            const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_prepare(context, solver, K, keep_pattern, options));
-    nmm_pace *pace = &solver->pace[solver->blocks];
-    const bool several = solver->n_thread > 1;
-    if (several && !nmm_pace_shares(pace)) nmm_solver_use_threads(solver, 1);
     if (solver->options.method == NMM_SOLVE_DIRECT) {
         return nmm_direct_solve(context, solver, K, f, u, report);
     }
+    nmm_pace *pace = &solver->pace[solver->blocks];
+    const bool several = solver->n_thread > 1;
+    if (several && !nmm_pace_shares(pace)) nmm_solver_use_threads(solver, 1);
     const double began = nmm_clock();
     bool ready = false;
     TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
@@ -40,17 +40,8 @@ static nmm_status open_host(nmm_context *context, nmm_solver **solver, int max_r
     return status;
 }
 
-static nmm_status solve_host(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
-                             const double *f, double *u, bool keep_pattern,
-                             const nmm_solve_options *options, nmm_solve_report *report) {
-    if (nmm_solver_chooses(options)) {
-        return nmm_choose_blocks(context, solver, K, f, u, keep_pattern, options, report);
-    }
-    return run_host(context, solver, K, f, u, keep_pattern, options, report);
-}
-
 const nmm_solve_backend *nmm_solve_host(void) {
     static const nmm_solve_backend host = {
-        .name = "host", .open = open_host, .solve = solve_host, .close = nmm_solver_destroy};
+        .name = "host", .open = open_host, .solve = nmm_solver_solve, .close = nmm_solver_destroy};
     return &host;
 }

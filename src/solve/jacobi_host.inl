@@ -41,25 +41,7 @@ typedef float dense_lanes __attribute__((vector_size(32)));
 typedef wide_lanes lanes_wide;
 
 #include "coarse_solve.inl"
-#include "jacobi_scalars.inl"
-
-#define REAL double
-#define ARRAYS wide
-#define NAME(x) x##_wide
-#include "jacobi_kernels.inl"
-#undef REAL
-#undef ARRAYS
-#undef NAME
-
-#define REAL float
-#define ARRAYS narrow
-#define NAME(x) x##_narrow
-#include "jacobi_kernels.inl"
-#undef REAL
-#undef ARRAYS
-#undef NAME
-
-#include "jacobi_methods.inl"
+#include "jacobi_family.inl"
 
 #include "clusters_invert.inl"
 #include "coarse_make.inl"

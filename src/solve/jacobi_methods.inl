@@ -174,7 +174,6 @@ static double run_pcg(nmm_solver *s, const double *u, nmm_solve_report *report) 
     double norm = first_norm(s, u), before = 2 * norm + 1;
     if (report->precision == NMM_PRECISION_MIXED) {
         norm = run_mixed(s, NULL, norm, report);
-        if (norm > s->limit) norm = true_norm(s);
         before = 2 * norm + 1;
     }
     while (!(norm <= s->limit) && report->end == NMM_SOLVE_CONVERGED) {
@@ -245,7 +244,6 @@ static double try_sweeps(nmm_solver *s, const double *u, nmm_solve_report *repor
     double norm = first_norm(s, u);
     if (report->precision == NMM_PRECISION_MIXED && report->end == NMM_SOLVE_CONVERGED) {
         norm = run_mixed(s, &plan, norm, report);
-        if (norm > s->limit) norm = true_norm(s);
     }
     if (report->end == NMM_SOLVE_CONVERGED) {
         norm = run_sweeps_wide(s, &plan, norm, s->limit, report);

@@ -263,7 +263,6 @@ void nmm_solver_use_threads(nmm_solver *solver, int n_thread) {
 
 nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                               bool keep_pattern, const nmm_solve_options *options) {
-    TRY(nmm_solver_check(context, solver, K, options));
     const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
     solver->options = complete_options(context, solver->staged, options, K->n_row);
     const nmm_solve_blocks blocks = solver->options.blocks;
@@ -399,6 +398,19 @@ void nmm_solver_load_guess(nmm_solver *solver, const double *u) {
         solver->wide.u[2 * at] = row < 0 ? 0 : scale * u[2 * row];
         solver->wide.u[2 * at + 1] = row < 0 ? 0 : scale * u[2 * row + 1];
     }
+}
+
+double nmm_solver_first_norm(nmm_solver *solver, const double *u,
+                             double (*true_norm)(const nmm_solver *)) {
+    nmm_solver_load_guess(solver, u);
+    double norm = true_norm(solver);
+    if (!(norm <= NMM_GUESS_MARGIN * solver->norm)) {
+        solver->guess_dropped = true;
+        memset(solver->wide.u, 0, 2 * (size_t)solver->n_row * sizeof(double));
+        norm = true_norm(solver);
+    }
+    solver->guess_norm = norm;
+    return norm;
 }
 
 // --- The matrix

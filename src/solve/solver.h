@@ -149,7 +149,7 @@ nmm_status nmm_solver_own_dense(nmm_context *context, nmm_solver *solver);
 nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, const nmm_bsr *K,
                             const nmm_solve_options *options);
 
-/// Look at options and sizes, choose nothing: blocks and precision must not be `auto` any more.
+/// For checked options: complete them, choose nothing.
 /// Allocates what they need. `keep_pattern`: what was taken over last still holds.
 nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                               bool keep_pattern, const nmm_solve_options *options);
@@ -165,6 +165,11 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
 
 /// The caller's u, scaled and in the order of the iteration, into solver->wide.u.
 void nmm_solver_load_guess(nmm_solver *solver, const double *u);
+
+/// Take the first guess, or zero where that is better; its residual norm. For the serial methods,
+/// each with its own order of sums.
+double nmm_solver_first_norm(nmm_solver *solver, const double *u,
+                             double (*true_norm)(const nmm_solver *));
 
 /// Row of the caller for a row of the iteration; -1: padding.
 static inline int nmm_solver_row(const nmm_solver *solver, int row) {

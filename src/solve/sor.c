@@ -7,7 +7,6 @@
 #include "solver.h"
 
 #include <math.h>
-#include <string.h>
 
 #define SWEEPS_PER_CHECK 8
 
@@ -51,22 +50,9 @@ static double true_norm(const nmm_solver *s) {
     return sqrt(sum);
 }
 
-// Take the first guess, or zero where that is better; its residual norm.
-static double first_norm(nmm_solver *s, const double *u) {
-    nmm_solver_load_guess(s, u);
-    double norm = true_norm(s);
-    if (!(norm <= NMM_GUESS_MARGIN * s->norm)) {
-        s->guess_dropped = true;
-        memset(s->wide.u, 0, 2 * (size_t)s->n_row * sizeof(double));
-        norm = true_norm(s);
-    }
-    s->guess_norm = norm;
-    return norm;
-}
-
 double nmm_sor_run(nmm_solver *solver, const double *u, nmm_solve_report *report) {
     const nmm_solve_options *o = &solver->options;
-    double norm = first_norm(solver, u);
+    double norm = nmm_solver_first_norm(solver, u, true_norm);
     while (!(norm <= solver->limit)) {
         const int n = nmm_min_int(SWEEPS_PER_CHECK, o->max_iterations - report->iterations);
         if (n == 0) report->end = NMM_SOLVE_TOO_SLOW;

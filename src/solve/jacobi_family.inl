@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+//
+// The whole Jacobi family, put together: scalars, the kernels in float64 and in float32, methods.
+// The includer defines the words of jacobi_kernels.inl but REAL, ARRAYS and NAME.
+
+#include "jacobi_scalars.inl"
+
+#define REAL double
+#define ARRAYS wide
+#define NAME(x) x##_wide
+#include "jacobi_kernels.inl"
+#undef REAL
+#undef ARRAYS
+#undef NAME
+
+#define REAL float
+#define ARRAYS narrow
+#define NAME(x) x##_narrow
+#include "jacobi_kernels.inl"
+#undef REAL
+#undef ARRAYS
+#undef NAME
+
+#include "jacobi_methods.inl"
