@@ -136,6 +136,9 @@ static void usual_size(void **state) {
     }
     stage_build(&s);
     assert_close(s.model.size, 1.0, 1e-9);
+    // Places far from the centre of a large block are found.
+    const nmm_vec2 corner = {99.5 - s.model.origin.x, -9.5 - s.model.origin.y};
+    assert_int_equal(nmm_model_find_element(&s.model, corner, 1e-6), 0);
     stage_close(&s);
 }
 
