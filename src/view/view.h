@@ -123,6 +123,19 @@ int nmm_draw_legend(const nmm_picture *picture, bool draw);
 typedef enum nmm_kind { NMM_KIND_PNG, NMM_KIND_SVG, NMM_KIND_PDF } nmm_kind;
 /// NMM_ERROR_ARGUMENT with the known endings in the message.
 nmm_status nmm_kind_of(nmm_context *context, const char *path, nmm_kind *kind);
+
+/// Anything drawn on one page, in page units (pixels of a PNG).
+typedef struct nmm_page {
+    nmm_context *context;
+    void *user;
+    void (*draw)(void *user, cairo_t *cairo);
+    double width, height;
+} nmm_page;
+/// Call `measure` with a surface that only measures text, to lay out what page->user holds.
+nmm_status nmm_page_measure(const nmm_page *page, void (*measure)(void *user, cairo_t *cairo));
+/// Draw and write the page.
+nmm_status nmm_page_write(const nmm_page *page, const char *path, nmm_kind kind);
+
 /// Lay out, draw and write the picture.
 nmm_status nmm_surface_write(nmm_picture *picture, const char *path, nmm_kind kind, double width);
 
