@@ -589,7 +589,8 @@ static bool write_back(const nmm_solver *s, double *u) {
 
 void nmm_solver_finish(nmm_solver *solver, double norm, double *u, nmm_solve_report *report) {
     report->residual = norm / solver->norm;
-    if (report->end == NMM_SOLVE_CONVERGED || norm <= solver->guess_norm) {
+    const bool kept = solver->options.keep_last || report->end == NMM_SOLVE_CONVERGED;
+    if (kept || norm <= solver->guess_norm) {
         if (write_back(solver, u)) return;
         report->end = NMM_SOLVE_DIVERGED;
     }

@@ -74,6 +74,8 @@ typedef struct nmm_solve_options {
     double sor_factor;     // 0 < factor < 2; 0: 1.9
     int max_iterations;    // 0: chosen from method and size
     int n_thread;          // 0: those of the context; small systems use one in any case
+    // A solve that fails leaves its last iterate in u, however bad. For studies of convergence.
+    bool keep_last;
 } nmm_solve_options;
 
 typedef struct nmm_solve_report {

@@ -43,6 +43,7 @@ typedef struct nmm_dump {
     int iteration;      // of the open-close loop, from 1
     const char *prefix; // of the files
     int n_written;      // tries of the step that came so far
+    void *user;         // of `write`
 } nmm_dump;
 
 struct nmm_sim {

@@ -19,9 +19,9 @@ typedef enum nmm_chart_style {
 } nmm_chart_style;
 
 typedef struct nmm_chart_series {
-    const char *name; // in the legend; NULL: not there
-    int n;
+    const char *name;    // in the legend; NULL: not there
     const double *x, *y; // [n]
+    int n;
     nmm_chart_style style;
 } nmm_chart_series;
 

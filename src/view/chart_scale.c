@@ -98,7 +98,7 @@ static void write_power(char text[32], int exponent, bool raised) {
     }
     const int size = exponent < 0 ? -exponent : exponent;
     const char *minus = exponent < 0 ? "\xe2\x81\xbb" : "";
-    if (size >= 100)
+    if (size < 0 || size >= 100)
         snprintf(text, 32, "1e%d", exponent);
     else if (size >= 10)
         snprintf(text, 32, "10%s%s%s", minus, digit[size / 10], digit[size % 10]);
