@@ -70,7 +70,7 @@ static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
     p.prepare[NMM_BLOCKS_CLUSTER] = TAKE_BLOCK * n_block + BORNE * make;
     if (s->staged || options->place == NULL || options->body == NULL) return p;
     p.largest = NMM_BLOCKS_BODY;
-    p.has_direct = options->method == NMM_SOLVE_AUTO && nmm_solve_has_direct();
+    p.has_direct = options->method == NMM_SOLVE_AUTO;
     p.prepare[DIRECT] = CALL_DIRECT + FACTORISE_BLOCK * n_block * sqrt(2 * n);
     p.iterate[DIRECT] = p.prepare[DIRECT];
     const bool parts = kept && s->parts_found;

@@ -82,10 +82,6 @@ static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
     snprintf(sim->summary.device, sizeof sim->summary.device, "host");
     snprintf(sim->summary.precision, sizeof sim->summary.precision, "%s",
              sim->settings.precision == NMM_SCENE_MIXED ? "mixed" : "double");
-    if (sim->settings.method == NMM_METHOD_DIRECT && !nmm_solve_has_direct()) {
-        return nmm_fail(&sim->context, NMM_ERROR_INPUT,
-                        "solver.method direct: this build of nmm lacks it; build with SuiteSparse");
-    }
     if (device != NMM_DEVICE_TARGET) return NMM_OK;
     if (nmm_solve_target() == NULL) {
         return nmm_fail(&sim->context, NMM_ERROR_DEVICE,
