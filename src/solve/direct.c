@@ -109,29 +109,13 @@ static nmm_status factorise(nmm_context *context, nmm_direct *d, const nmm_solve
 
 // --- Conjugate gradients
 
-// y = K x.
-static void multiply(const nmm_solver *s, const double *x, double *y) {
-    for (int row = 0; row < s->n_row; row++) {
-        double y0 = 0, y1 = 0, y2 = 0, y3 = 0;
-        for (int k = s->row_start[row]; k < s->row_start[row + 1]; k++) {
-            const double *v = s->wide.value + 4 * (long)k, *xk = x + 2 * (long)s->col[k];
-            y0 += v[0] * xk[0];
-            y1 += v[1] * xk[1];
-            y2 += v[2] * xk[0];
-            y3 += v[3] * xk[1];
-        }
-        y[2 * (long)row] = y0 + y1;
-        y[2 * (long)row + 1] = y2 + y3;
-    }
-}
-
 static double dot(const nmm_solver *s, const double *x, const double *y) {
     return nmm_sum_product(2 * s->n_row, x, y, 1);
 }
 
 // r = f - K u; its norm.
 static double true_norm(const nmm_solver *s) {
-    multiply(s, s->wide.u, s->wide.r);
+    s->variant->multiply(s, s->wide.u, s->wide.r);
     for (int i = 0; i < 2 * s->n_row; i++)
         s->wide.r[i] = s->wide.f[i] - s->wide.r[i];
     return sqrt(dot(s, s->wide.r, s->wide.r));
@@ -148,7 +132,7 @@ static void step(const nmm_direct *d, nmm_solver *s, double *rho, double *norm) 
     const double beta = *rho > 0 ? rho_new / *rho : 0;
     for (int i = 0; i < n; i++)
         s->wide.p[i] = z[i] + (beta == 0 ? 0 : beta * s->wide.p[i]);
-    multiply(s, s->wide.p, s->wide.q);
+    s->variant->multiply(s, s->wide.p, s->wide.q);
     const double curvature = dot(s, s->wide.p, s->wide.q), alpha = rho_new / curvature;
     *rho = rho_new > 0 && curvature > 0 && 0 * alpha == 0 ? rho_new : -1;
     if (*rho < 0) return;
@@ -201,9 +185,23 @@ static void try_old_factor(nmm_direct *d, nmm_solver *s, const double *u, double
     if (!(*norm <= s->guess_norm)) *norm = nmm_solver_first_norm(s, u, true_norm);
 }
 
-// With the factor of this matrix: one iteration, and some more where rounding wants them, as long
-// as each round at least halves the true residual.
-static void refine(const nmm_direct *d, nmm_solver *s, double *norm, nmm_solve_report *report) {
+// u += (factor)^-1 r; the first guess again where that is no gain. Needs one product with K less
+// than an iteration does.
+static void correct(const nmm_direct *d, nmm_solver *s, const double *u, double *norm,
+                    nmm_solve_report *report) {
+    s->variant->apply_factor(&d->factor, s->wide.r, s->wide.z);
+    for (int i = 0; i < 2 * s->n_row; i++)
+        s->wide.u[i] += s->wide.z[i];
+    report->iterations++;
+    *norm = true_norm(s);
+    if (!(*norm <= s->guess_norm)) *norm = nmm_solver_first_norm(s, u, true_norm);
+}
+
+// With the factor of this matrix: one correction, and some iterations where rounding wants them, as
+// long as each round at least halves the true residual.
+static void refine(const nmm_direct *d, nmm_solver *s, const double *u, double *norm,
+                   nmm_solve_report *report) {
+    if (report->iterations < s->options.max_iterations) correct(d, s, u, norm, report);
     double before = 4 * *norm;
     while (!(*norm <= s->limit) && *norm < 0.5 * before) {
         const int left = s->options.max_iterations - report->iterations;
@@ -235,7 +233,7 @@ static nmm_status run(nmm_context *context, nmm_solver *s, const nmm_bsr *K, con
         if (*norm <= s->limit) return NMM_OK;
     }
     TRY(factorise(context, d, s, K, report));
-    if (d->fresh) refine(d, s, norm, report);
+    if (d->fresh) refine(d, s, u, norm, report);
     return NMM_OK;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The shape of a factor: order, elimination tree, fronts, and the place of everything. Fronts begin
-// as single columns of L and are joined with their parents where that promises less work, a few
-// zeros more but fewer and larger fronts. Liu, SIAM Review 34 (1992) 82.
+// The shape of a factor: order, fronts, and the place of everything. Fronts begin as the steps of
+// the order and are joined with their parents where that promises less work, a few zeros more but
+// fewer and larger fronts. Liu, SIAM Review 34 (1992) 82.
 
 #include "factor.h"
 #include "order.h"
@@ -11,36 +11,40 @@
 
 // Nanoseconds of one core of about 3 GHz; only their ratios matter.
 #define PER_FRONT 60.0
-#define PER_ROW 8.0   // of a front
-#define PER_PLACE 0.6 // of a front, both of 2x2 blocks
-#define PER_PRODUCT 0.12
+#define PER_ROW 4.0   // of a front
+#define PER_PLACE 1.0 // of a front, both of 2x2 blocks
+#define PER_PRODUCT 0.06
 
-// Columns are numbered in order of elimination.
+// By steps of the order, later by fronts, or by rows in order of elimination.
 typedef struct tree {
-    int n;
-    int *parent;  // [n] column that a column changes first, -1: none
-    int *n_below; // [n] block rows of L below the diagonal
-    int *n_pivot; // [n] columns of the front that ends with this one; 0: it is part of another
-    int *top;     // [n] last column of its front
-    int *child, *sibling; // [n] first child; next child of its parent; -1: none
-    int *mark, *front;    // [n] scratch; number of a front by its top
-    int *first;           // [n] first pivot of a front by its top
-    int *order;           // [n]
+    nmm_order order;
+    int *n_pivot;         // rows of the front that ends with this step; 0: it is part of another
+    int *top;             // last step of its front
+    int *child, *sibling; // first child; next child of its parent; -1: none
+    int *first;           // first pivot of a front by its top
+    int *front;           // number of a front by its top, or by a row
+    int *mark;            // scratch
 } tree;
 
+static void list_arrays(tree *t, int **array[11]) {
+    int **const all[11] = {&t->order.row, &t->order.size, &t->order.n_below, &t->order.parent,
+                           &t->n_pivot,   &t->top,        &t->child,         &t->sibling,
+                           &t->first,     &t->front,      &t->mark};
+    memcpy(array, all, sizeof all);
+}
+
 static void release_tree(nmm_context *context, tree *t) {
-    int **const array[] = {&t->parent,  &t->n_below, &t->n_pivot, &t->top,   &t->child,
-                           &t->sibling, &t->mark,    &t->front,   &t->first, &t->order};
-    for (size_t k = 0; k < sizeof array / sizeof *array; k++)
+    int **array[11];
+    list_arrays(t, array);
+    for (int k = 0; k < 11; k++)
         nmm_release(context, array[k]);
 }
 
 static nmm_status allocate_tree(nmm_context *context, tree *t, int n) {
-    int **const array[] = {&t->parent,  &t->n_below, &t->n_pivot, &t->top,   &t->child,
-                           &t->sibling, &t->mark,    &t->front,   &t->first, &t->order};
-    for (size_t k = 0; k < sizeof array / sizeof *array; k++)
+    int **array[11];
+    list_arrays(t, array);
+    for (int k = 0; k < 11; k++)
         TRY(nmm_allocate(context, array[k], (size_t)n, sizeof(int)));
-    t->n = n;
     return NMM_OK;
 }
 
@@ -113,44 +117,6 @@ static nmm_status reserve_numbers(nmm_context *context, double **array, long *ca
     return NMM_OK;
 }
 
-// --- Elimination tree
-
-static void rank_rows(nmm_factor *f) {
-    for (int k = 0; k < f->n_row; k++)
-        f->rank[f->order[k]] = k;
-}
-
-// Columns that a row of K reaches first, then their parents, up to the row itself.
-static void find_parents(const nmm_factor *f, tree *t) {
-    int *ancestor = t->mark;
-    for (int k = 0; k < t->n; k++) {
-        const int row = f->order[k];
-        t->parent[k] = ancestor[k] = -1;
-        for (int e = f->row_start[row]; e < f->row_start[row + 1]; e++) {
-            for (int i = f->rank[f->col[e]], next; i < k && i >= 0; i = next) {
-                next = ancestor[i];
-                ancestor[i] = k;
-                if (next < 0) t->parent[i] = k;
-            }
-        }
-    }
-}
-
-// Row k of L has an entry in each column on the way from an entry of K up to k.
-static void count_rows(const nmm_factor *f, tree *t) {
-    for (int k = 0; k < t->n; k++) {
-        const int row = f->order[k];
-        t->mark[k] = k;
-        t->n_below[k] = 0;
-        for (int e = f->row_start[row]; e < f->row_start[row + 1]; e++) {
-            for (int i = f->rank[f->col[e]]; i < k && t->mark[i] != k; i = t->parent[i]) {
-                t->n_below[i]++;
-                t->mark[i] = k;
-            }
-        }
-    }
-}
-
 // --- Fronts
 
 // Nanoseconds to assemble a front and to eliminate its pivots.
@@ -160,79 +126,86 @@ static double front_work(int n_pivot, int n_row) {
     return PER_FRONT + PER_ROW * rows + PER_PLACE * 0.5 * rows * rows + PER_PRODUCT * product;
 }
 
+// A child and its parent become one front where that is less work.
 static void join_fronts(tree *t) {
-    for (int k = 0; k < t->n; k++)
+    const int n = t->order.n_step, *parent = t->order.parent, *n_below = t->order.n_below;
+    for (int k = 0; k < n; k++)
         t->child[k] = -1;
-    for (int k = t->n - 1; k >= 0; k--) {
-        const int p = t->parent[k];
-        t->sibling[k] = p >= 0 ? t->child[p] : -1;
-        if (p >= 0) t->child[p] = k;
+    for (int k = n - 1; k >= 0; k--) {
+        t->sibling[k] = parent[k] >= 0 ? t->child[parent[k]] : -1;
+        if (parent[k] >= 0) t->child[parent[k]] = k;
     }
-    for (int p = 0; p < t->n; p++) {
-        t->n_pivot[p] = 1;
+    for (int p = 0; p < n; p++) {
+        t->n_pivot[p] = t->order.size[p];
         t->top[p] = p;
         for (int c = t->child[p]; c >= 0; c = t->sibling[c]) {
             const double apart =
-                front_work(t->n_pivot[c], t->n_below[c]) + front_work(t->n_pivot[p], t->n_below[p]);
-            if (front_work(t->n_pivot[c] + t->n_pivot[p], t->n_below[p]) > apart) continue;
+                front_work(t->n_pivot[c], n_below[c]) + front_work(t->n_pivot[p], n_below[p]);
+            if (front_work(t->n_pivot[c] + t->n_pivot[p], n_below[p]) > apart) continue;
             t->n_pivot[p] += t->n_pivot[c];
             t->n_pivot[c] = 0;
             t->top[c] = p;
         }
     }
-    for (int k = t->n - 1; k >= 0; k--)
+    for (int k = n - 1; k >= 0; k--)
         t->top[k] = t->top[t->top[k]];
 }
 
-// Front that takes what is left of the front with this top; its top.
+// The top of the front that takes what is left of the one with this top; -1: none.
 static int parent_top(const tree *t, int top) {
-    return t->parent[top] < 0 ? -1 : t->top[t->parent[top]];
+    const int parent = t->order.parent[top];
+    return parent < 0 ? -1 : t->top[parent];
 }
 
 // Number the fronts so that those of a subtree follow one another, its top last, and the pivots
-// with them: sizes of subtrees from below, then places from above.
+// with them: sizes of subtrees from below, then places from above. Until all fronts below one have
+// their places, `first` and `front` of it are where the next subtree goes.
 static void number_fronts(nmm_factor *f, tree *t) {
-    int *n_inside = t->child, *front_inside = t->sibling; // free by now
-    memset(n_inside, 0, (size_t)t->n * sizeof(int));
-    memset(front_inside, 0, (size_t)t->n * sizeof(int));
-    for (int k = 0; k < t->n; k++) {
+    const int n = t->order.n_step;
+    int *row_inside = t->child, *front_inside = t->sibling; // free by now
+    memset(row_inside, 0, (size_t)n * sizeof(int));
+    memset(front_inside, 0, (size_t)n * sizeof(int));
+    for (int k = 0; k < n; k++) {
         if (t->n_pivot[k] == 0) continue;
-        n_inside[k] += t->n_pivot[k];
+        row_inside[k] += t->n_pivot[k];
         front_inside[k] += 1;
         const int p = parent_top(t, k);
         if (p < 0) continue;
-        n_inside[p] += n_inside[k];
+        row_inside[p] += row_inside[k];
         front_inside[p] += front_inside[k];
     }
-    // Until a front is met, `first` and `front` hold where the next subtree below it begins.
     int next_row = 0, next_front = 0;
-    for (int k = t->n - 1; k >= 0; k--) {
+    for (int k = n - 1; k >= 0; k--) {
         if (t->n_pivot[k] == 0) continue;
         const int p = parent_top(t, k);
         int *row = p < 0 ? &next_row : &t->first[p], *front = p < 0 ? &next_front : &t->front[p];
         t->first[k] = *row;
         t->front[k] = *front;
-        *row += n_inside[k];
+        *row += row_inside[k];
         *front += front_inside[k];
     }
     f->n_front = next_front;
-    for (int k = 0; k < t->n; k++) {
+    for (int k = 0; k < n; k++) {
         if (t->n_pivot[k] == 0) continue;
-        // Subtrees below were given the places from `first` on; the pivots take the last ones.
         const int p = parent_top(t, k);
-        nmm_front *front = &f->front[t->front[k]];
-        *front = (nmm_front){.n_pivot = t->n_pivot[k], .n_row = t->n_below[k], .child = -1};
-        front->first = t->first[k];
-        front->parent = p < 0 ? -1 : t->front[p];
+        f->front[t->front[k]] = (nmm_front){.first = t->first[k],
+                                            .n_pivot = t->n_pivot[k],
+                                            .n_row = t->order.n_below[k],
+                                            .parent = p < 0 ? -1 : t->front[p],
+                                            .child = -1};
     }
 }
 
-// The order of elimination that the fronts ask for; t->front becomes the front of a column in it.
-static void renumber(nmm_factor *f, tree *t) {
-    for (int k = 0; k < t->n; k++)
-        t->order[t->first[t->top[k]]++] = f->order[k];
-    memcpy(f->order, t->order, (size_t)t->n * sizeof(int));
-    rank_rows(f);
+// The order of elimination that the fronts ask for.
+static void rank_rows(nmm_factor *f, tree *t) {
+    const int *row = t->order.row;
+    for (int k = 0; k < t->order.n_step; k++) {
+        int *first = &t->first[t->top[k]];
+        for (int i = 0; i < t->order.size[k]; i++)
+            f->order[(*first)++] = *row++;
+    }
+    for (int k = 0; k < f->n_row; k++)
+        f->rank[f->order[k]] = k;
     for (int i = 0; i < f->n_front; i++)
         for (int k = 0; k < f->front[i].n_pivot; k++)
             t->front[f->front[i].first + k] = i;
@@ -251,7 +224,7 @@ static void list_rows(nmm_factor *f, tree *t) {
         f->front[i].sibling = p < 0 ? -1 : f->front[p].child;
         if (p >= 0) f->front[p].child = i;
     }
-    for (int k = 0; k < t->n; k++) {
+    for (int k = 0; k < f->n_row; k++) {
         const int row = f->order[k], own = t->front[k];
         mark[own] = k;
         for (int e = f->row_start[row]; e < f->row_start[row + 1]; e++) {
@@ -341,13 +314,10 @@ static void lay_out_stacks(nmm_factor *f, int *side) {
 
 static nmm_status build(nmm_context *context, nmm_factor *f, tree *t) {
     TRY(allocate_tree(context, t, f->n_row));
-    TRY(nmm_order_find(context, f->n_row, f->row_start, f->col, f->order));
-    rank_rows(f);
-    find_parents(f, t);
-    count_rows(f, t);
+    TRY(nmm_order_find(context, f->n_row, f->row_start, f->col, &t->order));
     join_fronts(t);
     number_fronts(f, t);
-    renumber(f, t);
+    rank_rows(f, t);
     int n_list = 0;
     for (int i = 0; i < f->n_front; i++)
         n_list += f->front[i].n_row;

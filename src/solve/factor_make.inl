@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The numbers of a factor, and solving with it; compiled once for each kind of processor. All work
-// on a front is done by one kernel, a tile of 4 columns and 4 or 8 rows that stays in registers
+// on a front is done by one kernel, a tile of 4 columns and a few rows that stays in registers
 // while the columns to its left are taken off. Each number is a sum in the order of the columns,
 // whatever the tile, so bits do not depend on it.
 
@@ -11,10 +11,15 @@
 // The loops over columns and rows of a tile vanish, so that it stays in registers.
 #define UNROLL _Pragma("GCC unroll 4")
 
-// Four numbers, at any address.
-typedef double wide_slot __attribute__((vector_size(32), aligned(8), may_alias));
-#define WIDE(from) (*(const wide_slot *)(from))
-#define WIDE_AT(to) (*(wide_slot *)(to))
+// As many numbers as a register holds, at any address: larger vectors would not stay in registers.
+#ifdef __AVX2__
+#define LANE 4
+#else
+#define LANE 2
+#endif
+typedef double lane_slot __attribute__((vector_size(8 * LANE), aligned(8), may_alias));
+#define SLOT(at) (*(lane_slot *)(at))
+#define SLOT_OF(at) (*(const lane_slot *)(at))
 
 // --- Tiles
 
@@ -29,19 +34,19 @@ typedef struct tile {
 } tile;
 
 // at -= left * up^T; divided by the triangle at `corner` unless that is NULL, whose diagonal holds
-// inverses. `n`: rows, in fours.
+// inverses. `n`: rows, in lanes.
 static inline __attribute__((always_inline)) void take_off(const tile *t, int n,
                                                            const double *corner) {
-    wide_lanes sum[4][2];
+    lane_slot sum[4][2];
     UNROLL
     for (int j = 0; j < 4; j++)
         for (int i = 0; i < n; i++)
-            sum[j][i] = WIDE(t->at + j * t->stride + 4 * i);
+            sum[j][i] = SLOT(t->at + j * t->stride + LANE * i);
     const double *left = t->left, *up = t->up;
     for (int k = 0; k < t->depth; k++) {
-        wide_lanes l[2];
+        lane_slot l[2];
         for (int i = 0; i < n; i++)
-            l[i] = WIDE(left + 4 * i);
+            l[i] = SLOT_OF(left + LANE * i);
         UNROLL
         for (int j = 0; j < 4; j++)
             for (int i = 0; i < n; i++)
@@ -62,20 +67,21 @@ static inline __attribute__((always_inline)) void take_off(const tile *t, int n,
     UNROLL
     for (int j = 0; j < 4; j++)
         for (int i = 0; i < n; i++)
-            WIDE_AT(t->at + j * t->stride + 4 * i) = sum[j][i];
+            SLOT(t->at + j * t->stride + LANE * i) = sum[j][i];
 }
 
 // A column of tiles, n_row rows, a multiple of 4.
 static void take_off_rows(tile t, int n_row, const double *corner) {
-    if (n_row % 8 != 0) {
+    const int rest = n_row % (2 * LANE);
+    if (rest != 0) {
         take_off(&t, 1, corner);
-        t.at += 4;
-        t.left += 4;
+        t.at += LANE;
+        t.left += LANE;
     }
-    for (int i = n_row % 8; i < n_row; i += 8) {
+    for (int i = rest; i < n_row; i += 2 * LANE) {
         take_off(&t, 2, corner);
-        t.at += 8;
-        t.left += 8;
+        t.at += 2 * LANE;
+        t.left += 2 * LANE;
     }
 }
 
@@ -104,10 +110,10 @@ static bool factorise_corner(double *corner, long stride, int n, int *broken) {
 static void divide_pair(double *panel, long stride, int n_row) {
     const double inverse[2] = {panel[0], panel[stride + 1]}, lower = panel[1];
     double *a = panel + 2, *b = a + stride;
-    for (int i = 0; i < n_row; i += 4) {
-        const wide_lanes x = WIDE(a + i) * inverse[0];
-        WIDE_AT(a + i) = x;
-        WIDE_AT(b + i) = (WIDE(b + i) - x * lower) * inverse[1];
+    for (int i = 0; i < n_row; i += LANE) {
+        const lane_slot x = SLOT(a + i) * inverse[0];
+        SLOT(a + i) = x;
+        SLOT(b + i) = (SLOT(b + i) - x * lower) * inverse[1];
     }
 }
 
@@ -124,7 +130,7 @@ static int factorise_pivots(const nmm_front *front, double *panel) {
     for (int j = first; j < n; j += 4) {
         double *corner = panel + j * stride + j;
         tile t = {corner, stride, panel + j, panel + j, stride, j};
-        take_off(&t, 1, NULL);
+        take_off(&t, 4 / LANE, NULL);
         if (!factorise_corner(corner, stride, 4, &broken)) return front->first + (j + broken) / 2;
         t.at += 4;
         t.left += 4;
@@ -219,9 +225,20 @@ static void solve_forward(const nmm_front *front, const double *panel, double *x
             x[i] = x[i] - a[i] * u - b[i] * v;
         a += n;
         b += n;
-        for (int i = 0; i < m; i += 4)
-            WIDE_AT(below + i) = WIDE(below + i) - WIDE(a + i) * u - WIDE(b + i) * v;
+        for (int i = 0; i < m; i += LANE)
+            SLOT(below + i) = SLOT(below + i) - SLOT_OF(a + i) * u - SLOT_OF(b + i) * v;
     }
+}
+
+// Sum of n products, n a multiple of 4, in four running sums.
+static inline double dot_below(const double *a, const double *below, int n) {
+    lane_slot sum[4 / LANE] = {{0}};
+    for (int i = 0; i < n; i += 4)
+        for (int k = 0; k < 4 / LANE; k++)
+            sum[k] += SLOT_OF(a + i + LANE * k) * SLOT_OF(below + i + LANE * k);
+    double all[4];
+    memcpy(all, sum, sizeof all);
+    return (all[0] + all[1]) + (all[2] + all[3]);
 }
 
 // x = L^-T (x - L^T below), from the last pivots to the first.
@@ -231,13 +248,7 @@ static void solve_backward(const nmm_front *front, const double *panel, double *
     const long stride = front->stride;
     for (int j = n - 2; j >= 0; j -= 2) {
         const double *a = panel + j * stride, *b = a + stride;
-        wide_lanes s = {0, 0, 0, 0}, t = {0, 0, 0, 0};
-        for (int i = 0; i < m; i += 4) {
-            s += WIDE(a + n + i) * WIDE(below + i);
-            t += WIDE(b + n + i) * WIDE(below + i);
-        }
-        double u = x[j] - ((s[0] + s[1]) + (s[2] + s[3]));
-        double v = x[j + 1] - ((t[0] + t[1]) + (t[2] + t[3]));
+        double u = x[j] - dot_below(a + n, below, m), v = x[j + 1] - dot_below(b + n, below, m);
         for (int i = j + 2; i < n; i++) {
             u -= a[i] * x[i];
             v -= b[i] * x[i];
@@ -270,4 +281,10 @@ static void apply_factor(const nmm_factor *f, const double *r, double *z) {
     }
     for (int k = 0; k < f->n_row; k++)
         memcpy(z + 2 * (long)f->order[k], x + 2 * (long)k, 2 * sizeof(double));
+}
+
+// y = K x.
+static void multiply_all(const nmm_solver *s, const double *x, double *y) {
+    for (int row = 0; row < s->n; row++)
+        multiply_row_wide(s->row_start, s->col, s->wide.value, x, row, y + 2 * (long)row);
 }

@@ -51,4 +51,5 @@ const nmm_variant VARIANT = {.run = run_method,
                              .invert = invert_clusters,
                              .make_coarse = make_coarse,
                              .make_factor = make_factor,
-                             .apply_factor = apply_factor};
+                             .apply_factor = apply_factor,
+                             .multiply = multiply_all};

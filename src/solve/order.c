@@ -21,7 +21,8 @@ typedef struct graph {
     int *head;   // [n] first variable of a degree, -1: none
     int *next, *previous; // [n] in the lists by degree; while in the pivot's element: by hash
     int *bucket;          // [n] first variable with a hash, -1: none
-    int *turn;            // [n] of a pivot
+    int *turn;            // [n] step of a pivot
+    int *parent;          // of a step, as in nmm_order
     int mark;             // larger than all stamps before
     int least;            // no smaller degree has variables
     int n_done;           // rows eliminated
@@ -102,6 +103,12 @@ static int join_variables(graph *g, int begin, int end) {
     return rows;
 }
 
+// All that an element joins the pivot's does.
+static void absorb_element(graph *g, int e, int pivot) {
+    g->stamp[e] = 0;
+    g->parent[g->turn[e]] = g->turn[pivot];
+}
+
 // The pivot becomes an element: all variables that it or its elements join. Those are gone then.
 static nmm_status make_element(nmm_context *context, graph *g, int pivot) {
     const int begin = g->start[pivot], n_element = g->n_element[pivot];
@@ -116,7 +123,7 @@ static nmm_status make_element(nmm_context *context, graph *g, int pivot) {
     for (int k = begin; k < begin + n_element; k++) {
         const int e = g->list[k];
         rows += join_variables(g, g->start[e], g->start[e] + g->n_entry[e]);
-        g->stamp[e] = 0;
+        absorb_element(g, e, pivot);
     }
     rows += join_variables(g, begin + n_element, end);
     g->start[pivot] = first;
@@ -160,7 +167,7 @@ static int shorten_list(graph *g, int pivot, int i, unsigned *hash) {
         const int e = g->list[k];
         if (g->stamp[e] == 0) continue;
         if (g->stamp[e] == g->mark) {
-            g->stamp[e] = 0;
+            absorb_element(g, e, pivot);
             continue;
         }
         rows += g->stamp[e] - g->mark;
@@ -281,25 +288,28 @@ static void list_rows(graph *g, int n_pivot, int *order) {
     }
 }
 
-static nmm_status eliminate(nmm_context *context, graph *g, int *order) {
-    int n_pivot = 0;
+static nmm_status eliminate(nmm_context *context, graph *g, nmm_order *order) {
     while (g->n_done < g->n) {
-        const int pivot = take_pivot(g);
+        const int pivot = take_pivot(g), step = order->n_step++;
+        g->turn[pivot] = step;
+        g->parent[step] = -1;
         TRY(make_element(context, g, pivot));
         measure_elements(g, pivot);
         update_variables(g, pivot);
         find_alike(g, pivot);
+        order->size[step] = -g->weight[pivot];
+        order->n_below[step] = g->degree[pivot];
         finish_element(g, pivot);
-        g->turn[pivot] = n_pivot++;
     }
-    list_rows(g, n_pivot, order);
+    list_rows(g, order->n_step, order->row);
     return NMM_OK;
 }
 
 nmm_status nmm_order_find(nmm_context *context, int n_row, const int *row_start, const int *col,
-                          int *order) {
+                          nmm_order *order) {
+    order->n_step = 0;
     if (n_row == 0) return NMM_OK;
-    graph g = {0};
+    graph g = {.parent = order->parent};
     nmm_status status = allocate_graph(context, &g, n_row, row_start[n_row]);
     if (status == NMM_OK) {
         fill_graph(&g, row_start, col);

@@ -7,10 +7,18 @@
 
 #include "base.h"
 
-/// order[k], k < n_row: the row to eliminate k-th, by approximate minimum degree. The pattern is as
-/// in nmm_bsr: both halves, diagonal present. The same pattern gives the same order.
-/// NMM_ERROR_MEMORY.
+/// Rows are eliminated in steps, some rows that have the same columns at a time.
+typedef struct nmm_order {
+    int n_step;
+    int *row;     // [n_row] row eliminated k-th
+    int *size;    // [n_row] of which n_step are in use: rows of a step
+    int *n_below; // [n_row] the same: rows left that a step changes
+    int *parent;  // [n_row] the same: later step that has or changes all of those, -1: none
+} nmm_order;
+
+/// By approximate minimum degree, into arrays of the caller. The pattern is as in nmm_bsr: both
+/// halves, diagonal present. The same pattern gives the same order. NMM_ERROR_MEMORY.
 nmm_status nmm_order_find(nmm_context *context, int n_row, const int *row_start, const int *col,
-                          int *order);
+                          nmm_order *order);
 
 #endif

@@ -208,6 +208,9 @@ typedef int nmm_make_factor(nmm_factor *factor, const double *value);
 /// z = K^-1 r by the factor; both [n_row][2].
 typedef void nmm_apply_factor(const nmm_factor *factor, const double *r, double *z);
 
+/// y = K x, both [n][2].
+typedef void nmm_multiply(const nmm_solver *solver, const double *x, double *y);
+
 /// A prepared solve from the first guess u. The result is in solver->wide.u; returns its true
 /// residual norm.
 typedef double nmm_jacobi_run(nmm_solver *solver, const double *u, nmm_solve_report *report);
@@ -220,6 +223,7 @@ struct nmm_variant {
     nmm_make_coarse *make_coarse;
     nmm_make_factor *make_factor;
     nmm_apply_factor *apply_factor;
+    nmm_multiply *multiply;
 };
 
 extern const nmm_variant nmm_variant_serial, nmm_variant_threads;
