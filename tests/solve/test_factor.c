@@ -147,8 +147,8 @@ static void test_shape(void **state) {
     tear_down(&x);
 }
 
-// Trees are factorised without fill: what front by front is kept beyond K is what joining them
-// costs. Rows of a star are eliminated before its middle.
+// The rows of a star are eliminated before its middle, without fill but for what joining fronts
+// adds: 7 numbers for a row by itself, and 400 with all rows in one front.
 static void test_star(void **state) {
     (void)state;
     enum { N = 200, MIDDLE = 70 };
@@ -164,7 +164,7 @@ static void test_star(void **state) {
     test_system_build(&x.context, &x.system, &list, N);
     analyse(&x);
     assert_true(x.factor.rank[MIDDLE] >= N - 2);
-    assert_true(x.factor.n_number <= 3 * 7 * N);
+    assert_in_range(x.factor.n_number, 7 * (N - 1), 50 * N);
     tear_down(&x);
 }
 
