@@ -374,14 +374,14 @@ static void test_drift(void **state) {
     enum { STEPS = 40 };
     for (int k = 0; k < STEPS; k++) {
         for (int i = 0; i < n; i++)
-            scale[i] = 1 + 1e-4 * (nmm_random_unit(&random) - 0.5);
+            scale[i] = 1 + 6.5e-4 * (nmm_random_unit(&random) - 0.5);
         test_system_scale(&x.system, scale);
         solve_from_zero(&x);
         expect_converged(&x);
         setups += x.report.setups;
         iterations += x.report.iterations;
     }
-    assert_in_range(setups, 2, STEPS / 3);
+    assert_in_range(setups, 2, STEPS / 2);
     assert_in_range(iterations, STEPS, 4 * STEPS);
     nmm_release(&x.context, &scale);
     tear_down(&x);
