@@ -57,14 +57,14 @@ typedef struct study {
     bool ended[METHODS];
 } study;
 
-// u* : directly where this build can, else by conjugate gradients; then corrected once.
+// u* : directly, then corrected once.
 static nmm_status solve_exactly(nmm_bench *bench, study *s) {
     nmm_linear *system = &s->captured.system;
     const size_t n = (size_t)system->K.n_row;
     nmm_bench_solver solver = {0};
     TRY(nmm_allocate(&bench->context, &s->exact, n, 2 * sizeof(double)));
     nmm_status status = nmm_bench_solver_open(bench, &solver, &s->captured, false);
-    solver.options.method = nmm_solve_has_direct() ? NMM_SOLVE_DIRECT : NMM_SOLVE_PCG;
+    solver.options.method = NMM_SOLVE_DIRECT;
     solver.options.tolerance = 1e-15;
     solver.options.absolute = 0;
     solver.options.keep_last = true;
