@@ -47,21 +47,18 @@ nmm_strain nmm_strain_of(const double d[6], const double gradient[6]) {
     };
 }
 
-// Biot stress D e + s0 in the turned frame.
-static void biot_stress(nmm_elastic elastic, const nmm_strain *e, const double initial[3],
-                        double T[3]) {
+void nmm_biot_of(nmm_elastic elastic, const nmm_strain *e, const double initial[3], double T[3]) {
     const double volume = elastic.lambda * (e->exx + e->eyy);
     T[0] = volume + 2 * elastic.mu * e->exx + initial[0];
     T[1] = volume + 2 * elastic.mu * e->eyy + initial[1];
     T[2] = 2 * elastic.mu * e->exy + initial[2];
 }
 
-nmm_tensor nmm_piola_of(nmm_elastic elastic, const nmm_strain *strain, const double initial[3]) {
-    double T[3];
-    biot_stress(elastic, strain, initial, T);
-    // Initial stress need not be coaxial with U: the skew part keeps P F^T symmetric, eq. (3.9).
+// R (T + kappa J): the skew part keeps P F^T symmetric where T is not coaxial with U, eq. (3.9),
+// for the part `apart` of T that is not.
+static nmm_tensor turned(const nmm_strain *strain, const double T[3], const double apart[3]) {
     const double kappa =
-        -(initial[2] * (strain->exx - strain->eyy) + (initial[1] - initial[0]) * strain->exy) /
+        -(apart[2] * (strain->exx - strain->eyy) + (apart[1] - apart[0]) * strain->exy) /
         strain->stretch;
     const double c = strain->c, s = strain->s;
     const double qxy = T[2] - kappa, qyx = T[2] + kappa;
@@ -73,11 +70,14 @@ nmm_tensor nmm_piola_of(nmm_elastic elastic, const nmm_strain *strain, const dou
     };
 }
 
-void nmm_element_pull(const nmm_model *model, nmm_elastic elastic, const double initial[3], int e,
-                      const double d[6], double piola[4], double force[6]) {
+nmm_tensor nmm_piola_of(nmm_elastic elastic, const nmm_strain *strain, const double initial[3]) {
+    double T[3];
+    nmm_biot_of(elastic, strain, initial, T);
+    return turned(strain, T, initial);
+}
+
+static void pull_of(const nmm_model *model, int e, nmm_tensor P, double piola[4], double force[6]) {
     const double *gradient = model->element_gradient + 6 * (long)e;
-    const nmm_strain strain = nmm_strain_of(d, gradient);
-    const nmm_tensor P = nmm_piola_of(elastic, &strain, initial);
     const double area = model->element_area[e];
     piola[0] = P.xx, piola[1] = P.xy, piola[2] = P.yx, piola[3] = P.yy;
     for (int i = 0; i < 3; i++) {
@@ -85,6 +85,28 @@ void nmm_element_pull(const nmm_model *model, nmm_elastic elastic, const double 
         force[2 * i] = P.xx * gx + P.xy * gy;
         force[2 * i + 1] = P.yx * gx + P.yy * gy;
     }
+}
+
+void nmm_element_pull(const nmm_model *model, nmm_elastic elastic, const double initial[3], int e,
+                      const double d[6], double piola[4], double force[6]) {
+    const double *gradient = model->element_gradient + 6 * (long)e;
+    const nmm_strain strain = nmm_strain_of(d, gradient);
+    pull_of(model, e, nmm_piola_of(elastic, &strain, initial), piola, force);
+}
+
+void nmm_element_mean_pull(const nmm_model *model, nmm_elastic elastic, const double initial[3],
+                           int e, const double d[6], const nmm_mean *mean, double piola[4],
+                           double force[6]) {
+    const double *gradient = model->element_gradient + 6 * (long)e;
+    const nmm_strain end = nmm_strain_of(d, gradient);
+    double T[3], middle[6];
+    nmm_biot_of(elastic, &end, initial, T);
+    for (int k = 0; k < 3; k++)
+        T[k] = mean->share * T[k] + (1 - mean->share) * mean->start[k];
+    for (int i = 0; i < 6; i++)
+        middle[i] = d[i] - 0.5 * mean->way[i];
+    const nmm_strain half = nmm_strain_of(middle, gradient);
+    pull_of(model, e, turned(&half, T, T), piola, force);
 }
 
 double nmm_strain_energy_of(nmm_elastic elastic, const nmm_strain *strain,

@@ -52,6 +52,23 @@ void nmm_cauchy_of(const nmm_strain *strain, nmm_tensor piola, double stress[3])
 void nmm_element_pull(const nmm_model *model, nmm_elastic elastic, const double initial[3], int e,
                       const double d[6], double piola[4], double force[6]);
 
+/// Biot stress D e + s0 in the turned frame [Pa]: stress[3] = xx, yy, xy.
+void nmm_biot_of(nmm_elastic elastic, const nmm_strain *strain, const double initial[3],
+                 double stress[3]);
+
+/// What means over a step need of one element.
+typedef struct nmm_mean {
+    double way[6];       // [3][2] m, displacement of its covers in the step
+    const double *start; // [3] Pa, Biot stress before the step
+    double share;        // of the end of the step
+} nmm_mean;
+
+/// The same for a whole step, eq. (4.13): the mean of the Biot stresses at both ends, turned as the
+/// element is half way. Such forces have no moment about the places half way.
+void nmm_element_mean_pull(const nmm_model *model, nmm_elastic elastic, const double initial[3],
+                           int e, const double d[6], const nmm_mean *mean, double piola[4],
+                           double force[6]);
+
 /// What the stiffness of an element needs, computed once per pass, eq. (3.10): K_ij of the element
 /// is  a (g_i . g_j) I + b q_i q_j^T + t p_i p_j^T  with q_i = R g_i, p_i = q_i turned by 90
 /// degrees.

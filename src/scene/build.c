@@ -5,6 +5,7 @@
 
 #include "build.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -73,6 +74,31 @@ static nmm_status check_covers(nmm_builder *b) {
     return nmm_complain(b->reader, raw_key_mark(head, "size"),
                         "'size' belongs to mesh: lattice; with mesh: block a cover is as large as "
                         "its block: leave size out or say auto");
+}
+
+// Members of Newmark's family with gamma = 2 beta, from average acceleration to Shi's.
+static nmm_status build_scheme(nmm_builder *b) {
+    const raw_analysis *raw = &b->raw->analysis;
+    const raw_head *head = &raw->head;
+    nmm_scene_settings *s = &b->scene->settings;
+    s->newmark = raw->scheme == 1;
+    s->beta = 0.5;
+    if (!raw_good(head, "scheme")) return NMM_OK;
+    static const char *const key[] = {"beta", "gamma"};
+    for (int i = 0; i < 2 && !s->newmark; i++) {
+        if (!raw_given(head, key[i])) continue;
+        TRY(nmm_complain(b->reader, raw_key_mark(head, key[i]),
+                         "'%s' belongs to scheme: newmark, but scheme is shi", key[i]));
+    }
+    if (!s->newmark) return NMM_OK;
+    const bool has_beta = raw_given(head, "beta"), has_gamma = raw_given(head, "gamma");
+    if ((has_beta && !raw_good(head, "beta")) || (has_gamma && !raw_good(head, "gamma"))) {
+        return NMM_OK;
+    }
+    s->beta = has_beta ? raw->beta : has_gamma ? raw->gamma / 2 : 0.25;
+    if (!has_gamma || fabs(raw->gamma - 2 * s->beta) <= 1e-9) return NMM_OK;
+    return nmm_complain(b->reader, raw_mark(head, "gamma"),
+                        "gamma must be twice beta (%g), found %g", 2 * s->beta, raw->gamma);
 }
 
 static void copy_settings(nmm_builder *b) {
@@ -182,6 +208,7 @@ nmm_status nmm_scene_build(nmm_reader *reader, const raw_scene *raw) {
     TRY(build_initial(&b));
     TRY(build_base_motion(&b));
     TRY(check_covers(&b));
+    TRY(build_scheme(&b));
     copy_settings(&b);
     TRY(build_time(&b));
     return note_filled(&b);

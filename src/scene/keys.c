@@ -304,7 +304,7 @@ static const nmm_object contact_object = OBJECT("contact", contact_keys, raw_con
                                                 .meaning = "How contacts are computed.");
 
 static const nmm_word kind_words[] = {{"dynamic", 0, false}, {"static", 1, true}, {NULL, 0, false}};
-static const nmm_word scheme_words[] = {{"shi", 0, false}, {"newmark", 1, true}, {NULL, 0, false}};
+static const nmm_word scheme_words[] = {{"shi", 0, false}, {"newmark", 1, false}, {NULL, 0, false}};
 static const nmm_word mass_words[] = {{"consistent", NMM_MASS_CONSISTENT, false},
                                       {"lumped", NMM_MASS_LUMPED, false},
                                       {NULL, 0, false}};
@@ -313,8 +313,12 @@ static const nmm_key analysis_keys[] = {
      .standard = "dynamic", .why = "blocks may move", .meaning = "kind of analysis"},
     {"scheme", KEY(raw_analysis, scheme), .kind = NMM_VALUE_CHOICE, .word = scheme_words,
      .standard = "shi", .why = "stable with contacts that open and close",
-     .meaning = "time integration; shi: constant acceleration over the step, equilibrium at its "
-                "end"},
+     .meaning = "time integration; shi: equilibrium at the end of the step, which damps; newmark: "
+                "average acceleration, which does not"},
+    {"beta", KEY(raw_analysis, beta), .range = FROM_TO(0.25, 0.5), .computed = "0.25",
+     .meaning = "of scheme: newmark; above a quarter it damps"},
+    {"gamma", KEY(raw_analysis, gamma), .range = FROM_TO(0.5, 1), .computed = "2 beta",
+     .meaning = "of scheme: newmark; always twice beta"},
     {"damping", KEY(raw_analysis, damping), .dimension = {NMM_RATE}, .range = AT_LEAST(0),
      .standard = "0", .why = "no damping beside that of the time scheme",
      .meaning = "mass-proportional damping"},

@@ -68,6 +68,8 @@ static void say_features(text *out, const nmm_sim *sim) {
                 "none in the scene");
     say_feature(out, "damping", sim->settings.damping > 0, "analysis.damping",
                 "analysis.damping is 0");
+    say_feature(out, "mean forces", sim->settings.newmark, "analysis.scheme newmark",
+                "analysis.scheme shi: nothing of the start of a step is kept");
     say_feature(out, "monitors", model->n_monitor > 0, "read at each step", "none in the scene");
 }
 

@@ -117,8 +117,8 @@ static double support_work(const nmm_sim *sim, double h, double *put_in) {
     double sum = 0;
     for (int s = 0; s < model->n_support; s++) {
         const nmm_support *support = &model->support[s];
-        const nmm_vec2 error = nmm_support_error(model, &sim->state, s, sim->state.time);
-        nmm_vec2 reaction = nmm_support_reaction(model, &sim->state, s, error);
+        nmm_vec2 reaction = {sim->system.support_force[2 * s],
+                             sim->system.support_force[2 * s + 1]};
         if (!support->fix_x) reaction.x = 0;
         if (!support->fix_y) reaction.y = 0;
         nmm_vec2 way = {0, 0};

@@ -150,9 +150,14 @@ static void update_stress(nmm_sim *sim) {
             d[i] = sim->state.displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
         }
         const nmm_strain strain = nmm_strain_of(d, model->element_gradient + 6 * (long)e);
-        const double *P = sim->system.piola + 4 * (long)e;
-        nmm_cauchy_of(&strain, (nmm_tensor){P[0], P[1], P[2], P[3]},
-                      sim->state.stress + 3 * (long)e);
+        const double *in_step = sim->system.piola + 4 * (long)e;
+        nmm_tensor P = {in_step[0], in_step[1], in_step[2], in_step[3]};
+        // That was a mean over the step: here counts its end.
+        if (sim->system.start_stress != NULL) {
+            P = nmm_piola_of(sim->system.elastic[model->element_material[e]], &strain,
+                             sim->state.initial_stress + 3 * (long)e);
+        }
+        nmm_cauchy_of(&strain, P, sim->state.stress + 3 * (long)e);
         sim->state.rotation[2 * e] = strain.c;
         sim->state.rotation[2 * e + 1] = strain.s;
     }
@@ -282,6 +287,7 @@ static nmm_status do_step(nmm_sim *sim) {
     double h = choose_length(sim);
     TRY(find_contacts(sim, h));
     TRY(save_start(sim));
+    nmm_system_begin(&sim->context, &sim->system, &sim->model, &sim->state);
     TRY(settle_step(sim, &h));
     if (report->end != NMM_END_RUNNING) return NMM_OK;
     TRY(accept_step(sim, h));
