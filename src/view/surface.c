@@ -74,7 +74,17 @@ nmm_status nmm_page_measure(const nmm_page *page, void (*measure)(void *user, ca
     return status == CAIRO_STATUS_SUCCESS ? NMM_OK : fail_cairo(page->context, status);
 }
 
-static cairo_status_t draw(const nmm_page *page, nmm_kind kind, nmm_replacement *file) {
+static nmm_status write_image(nmm_context *context, cairo_surface_t *surface,
+                              nmm_replacement *file) {
+    cairo_surface_flush(surface);
+    const nmm_pixels image = {.pixel = (const void *)cairo_image_surface_get_data(surface),
+                              .width = cairo_image_surface_get_width(surface),
+                              .height = cairo_image_surface_get_height(surface),
+                              .stride = (size_t)cairo_image_surface_get_stride(surface) / 4};
+    return nmm_png_write(context, &image, file);
+}
+
+static nmm_status draw(const nmm_page *page, nmm_kind kind, nmm_replacement *file) {
     cairo_surface_t *surface = create_surface(page, kind, file);
     cairo_t *cairo = cairo_create(surface);
     cairo_font_options_t *options = cairo_font_options_create();
@@ -84,25 +94,23 @@ static cairo_status_t draw(const nmm_page *page, nmm_kind kind, nmm_replacement 
     cairo_font_options_destroy(options);
     if (kind != NMM_KIND_PNG) cairo_scale(cairo, POINTS, POINTS);
     page->draw(page->user, cairo);
-    cairo_status_t status = cairo_status(cairo);
+    cairo_status_t drawn = cairo_status(cairo);
+    nmm_status status = NMM_OK;
     cairo_destroy(cairo);
-    if (status == CAIRO_STATUS_SUCCESS && kind == NMM_KIND_PNG)
-        status = cairo_surface_write_to_png_stream(surface, write_bytes, file);
+    if (drawn == CAIRO_STATUS_SUCCESS && kind == NMM_KIND_PNG)
+        status = write_image(page->context, surface, file);
     cairo_surface_finish(surface);
-    if (status == CAIRO_STATUS_SUCCESS) status = cairo_surface_status(surface);
+    if (drawn == CAIRO_STATUS_SUCCESS) drawn = cairo_surface_status(surface);
     cairo_surface_destroy(surface);
+    // A failed write is told by the commit, with the system's reason.
+    if (drawn != CAIRO_STATUS_SUCCESS && file->error == 0) return fail_cairo(page->context, drawn);
     return status;
 }
 
 nmm_status nmm_page_write(const nmm_page *page, const char *path, nmm_kind kind) {
     nmm_replacement file = {0};
     nmm_status status = nmm_replacement_open(page->context, &file, path);
-    if (status == NMM_OK) {
-        const cairo_status_t drawn = draw(page, kind, &file);
-        // A failed write is told by the commit, with the system's reason.
-        if (drawn != CAIRO_STATUS_SUCCESS && file.error == 0)
-            status = fail_cairo(page->context, drawn);
-    }
+    if (status == NMM_OK) status = draw(page, kind, &file);
     if (status == NMM_OK) status = nmm_replacement_commit(&file);
     nmm_replacement_drop(&file);
     return status;

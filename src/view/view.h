@@ -165,6 +165,15 @@ nmm_status nmm_page_measure(const nmm_page *page, void (*measure)(void *user, ca
 /// Draw and write the page.
 nmm_status nmm_page_write(const nmm_page *page, const char *path, nmm_kind kind);
 
+/// An image in memory, rows from the top; a pixel is 0x..RRGGBB.
+typedef struct nmm_pixels {
+    const uint32_t *pixel;
+    int width, height;
+    size_t stride; // pixels from row to row
+} nmm_pixels;
+/// Into `file` as a PNG with at most 256 colours.
+nmm_status nmm_png_write(nmm_context *context, const nmm_pixels *image, nmm_replacement *file);
+
 /// Lay out, draw and write the picture.
 nmm_status nmm_surface_write(nmm_picture *picture, const char *path, nmm_kind kind, double width);
 
