@@ -53,6 +53,8 @@ NMM_API nmm_status nmm_bench_run(nmm_bench **bench, const nmm_bench_def *def);
 NMM_API void nmm_bench_destroy(nmm_bench *bench);
 /// The first error; status NMM_OK when there is none.
 NMM_API const nmm_error *nmm_bench_error(const nmm_bench *bench);
+/// All mistakes of the scene that ended it, as text to print, or NULL.
+NMM_API const char *nmm_bench_mistakes(const nmm_bench *bench);
 /// 1: `report` asked for an early end.
 NMM_API int nmm_bench_stopped(const nmm_bench *bench);
 

@@ -152,6 +152,15 @@ static int show(job *j, nmm_bench *bench, const char *name) {
     return write_files(j, bench, name);
 }
 
+/// What went wrong, with every mistake where a scene is to blame.
+static int complain_bench(const nmm_bench *bench, const char *name) {
+    const char *mistakes = nmm_bench_mistakes(bench);
+    const nmm_error *error = nmm_bench_error(bench);
+    if (!mistakes) return message_failure(error, name);
+    fprintf(stderr, "%s%s", mistakes, mistakes[strlen(mistakes) - 1] == '\n' ? "" : "\n");
+    return exit_status_of(error->status);
+}
+
 static int run_one(job *j, const char *name) {
     const arguments *given = j->given;
     nmm_bench *bench = NULL;
@@ -166,8 +175,7 @@ static int run_one(job *j, const char *name) {
     def.user = j;
     const nmm_status status = nmm_bench_run(&bench, &def);
     clear_progress(j);
-    int end =
-        status == NMM_OK ? show(j, bench, name) : message_failure(nmm_bench_error(bench), name);
+    int end = status == NMM_OK ? show(j, bench, name) : complain_bench(bench, name);
     if (end == EXIT_DONE && nmm_bench_stopped(bench)) {
         message_note("%s: ended early, on request", name);
         end = EXIT_EARLY;

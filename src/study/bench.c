@@ -129,6 +129,10 @@ const nmm_error *nmm_bench_error(const nmm_bench *bench) {
     return bench != NULL ? &bench->context.error : &no_memory;
 }
 
+const char *nmm_bench_mistakes(const nmm_bench *bench) {
+    return bench != NULL ? bench->mistakes : NULL;
+}
+
 int nmm_bench_stopped(const nmm_bench *bench) {
     return bench->stopped;
 }

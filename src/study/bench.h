@@ -44,6 +44,7 @@ struct nmm_bench {
     int n_note, note_room;
     const char **note;
     int n_thread, thread[NMM_BENCH_THREADS]; // from the settings, or chosen; ascending
+    const char *mistakes;                    // of a scene, in the arena; NULL: none
     bool target;                             // a target is there and wanted
     bool stopped;
 };

@@ -24,7 +24,14 @@ nmm_status nmm_bench_open(nmm_bench *bench, nmm_sim **sim, const nmm_bench_sourc
     def.allocate = bench->def.allocate;
     def.user = bench->def.allocate_user;
     const nmm_status status = nmm_sim_create(sim, &def);
-    if (status != NMM_OK) bench->context.error = *nmm_sim_error(*sim);
+    if (status == NMM_OK) return NMM_OK;
+    bench->context.error = *nmm_sim_error(*sim);
+    const char *mistakes = nmm_sim_mistakes(*sim);
+    char *copy = NULL;
+    if (mistakes == NULL || *mistakes == 0) return status;
+    const size_t length = strlen(mistakes);
+    if (nmm_arena_text(&bench->context, &bench->arena, &copy, mistakes, length) == NMM_OK)
+        bench->mistakes = copy;
     return status;
 }
 

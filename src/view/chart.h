@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Charts: panels side by side on one page, each with curves over linear or logarithmic axes, or
-// with horizontal bars by category. The same chart is the same file, whenever it is made.
+// with horizontal bars by category. The same chart is the same picture, whenever it is made.
 //
 // A chart is data only and belongs to the caller; numbers that are not finite, or not above 0 on a
 // logarithmic axis, are left out of the picture.
