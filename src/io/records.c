@@ -142,6 +142,8 @@ const char *nmm_end_name(nmm_end end) {
         return "solver_failed";
     case NMM_END_INTERRUPTED:
         return "interrupted";
+    case NMM_END_NO_EQUILIBRIUM:
+        return "no_equilibrium";
     }
     return "unknown";
 }
