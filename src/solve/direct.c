@@ -11,9 +11,14 @@
 #include <math.h>
 #include <string.h>
 
-// Nanoseconds of one core of about 3 GHz that an iteration takes for each number of L and K; only
-// their ratio to the work of a factorisation matters.
-#define PER_NUMBER 0.2
+// Nanoseconds of one core of about 3 GHz.
+#define PER_CALL 1500.0
+#define PER_NUMBER 0.2 // of L, twice for each solve with it, and of K
+#define ANALYSE 30.0   // by block
+#define FACTORISE                                                                                  \
+    4.0              // by block, where the pattern is not known: and by its fronts, as in the plane
+#define FRONTS 0.065 // by block and rows to the power 3/4
+#define FILL 7.0     // numbers of L by block
 
 // Iterations with a factor of K itself from one measured residual to the next.
 #define FRESH_ITERATIONS 20
@@ -21,8 +26,12 @@
 // Where no solution is found a pivot below this part of its diagonal element is named as the cause.
 #define SMALL_PIVOT 1e-12
 
-// Least part of a factorisation's cost that iterations with an old factor may take.
-#define LEAST_PATIENCE 0.0625
+// Part of the iterations that are worth a factorisation, before progress with an old factor is
+// judged.
+#define GRACE 0.25
+
+// Solves without a try of the old factor, at most, after failures.
+#define LONGEST_PAUSE 8
 
 // Part of the limit at which the recursion stops, so that the true residual passes as well.
 #define RECURSION_MARGIN 0.9
@@ -38,7 +47,8 @@ typedef struct nmm_direct {
     // Since the factor was made: solves, work including its own.
     int n_solve;
     double spent;
-    double patience; // part of a factorisation's cost that iterations with an old factor may take
+    // Solves without a try of an old factor: still to come, and after the next failure.
+    int pause, next_pause;
 } nmm_direct;
 
 // --- The object
@@ -52,8 +62,22 @@ void nmm_direct_destroy(nmm_context *context, nmm_direct **direct) {
 static nmm_status create(nmm_context *context, nmm_direct **direct) {
     if (*direct != NULL) return NMM_OK;
     TRY(nmm_allocate(context, direct, 1, sizeof **direct));
-    (*direct)->patience = 1;
+    (*direct)->next_pause = 1;
     return NMM_OK;
+}
+
+double nmm_direct_work(const nmm_direct *direct, const nmm_bsr *K, double *analysis) {
+    const double n = K->n_row, n_block = n > 0 ? K->row_start[K->n_row] : 0;
+    const double per_block = PER_NUMBER * 4;
+    // Twice a product with K, and a look at its numbers.
+    const double call = PER_CALL + 3 * per_block * n_block;
+    *analysis = ANALYSE * n_block;
+    if (direct != NULL && nmm_factor_knows(&direct->factor, K)) {
+        *analysis = 0;
+        return call + direct->factor.work + 2 * PER_NUMBER * direct->factor.n_number;
+    }
+    const double work = (FACTORISE + FRONTS * sqrt(n * sqrt(n))) * n_block;
+    return call + work + 2 * PER_NUMBER * FILL * n_block;
 }
 
 // Order and shape of L.
@@ -100,6 +124,9 @@ static nmm_status factorise(nmm_context *context, nmm_direct *d, const nmm_solve
     if (row >= 0) {
         report->end = NMM_SOLVE_INDEFINITE;
         report->row = row;
+        // That an older factor failed tells nothing then.
+        d->pause = 0;
+        d->next_pause = 1;
         return NMM_OK;
     }
     d->fresh = d->usable = true;
@@ -143,19 +170,30 @@ static void step(const nmm_direct *d, nmm_solver *s, double *rho, double *norm) 
     *norm = sqrt(dot(s, s->wide.r, s->wide.r));
 }
 
-// Up to `most` steps from the residual in r; *norm is then the true one. With a few eigenvalues
-// away from 1 the residual falls slowly at first, then fast: half-way through the steps it must
-// have come a quarter of the way on a logarithmic scale, or the rest is left out.
+static double power(double x, int n) {
+    double product = 1;
+    for (int k = 0; k < n; k++)
+        product *= x;
+    return product;
+}
+
+// Does the progress from `first` to `now` in k iterations promise the limit in `most` in all?
+// Orders of magnitude are compared as powers: log10 is not the same on every machine.
+static bool promises(double first, double now, double limit, int k, int most) {
+    if (k < GRACE * most) return true;
+    return power(first / limit, k) <= power(first / now, most);
+}
+
+// Up to `most` steps from the residual in r, as long as they promise to do; *norm is then the true
+// one.
 static void run_recursion(const nmm_direct *d, nmm_solver *s, int most, double *norm,
                           nmm_solve_report *report) {
-    const double quarter = sqrt(*norm) * sqrt(sqrt(*norm) * sqrt(s->limit));
-    double rho = 0, small = *norm;
-    for (int k = 0; k < most; k++) {
+    const double first = *norm, limit = RECURSION_MARGIN * s->limit;
+    double rho = 0, small = first;
+    for (int k = 0; k < most && small > limit && promises(first, small, limit, k, most); k++) {
         step(d, s, &rho, &small);
         if (rho < 0) break;
         report->iterations++;
-        if (!(small > RECURSION_MARGIN * s->limit)) break;
-        if (2 * (k + 1) >= most && !(small <= quarter)) break;
     }
     *norm = true_norm(s);
 }
@@ -163,22 +201,26 @@ static void run_recursion(const nmm_direct *d, nmm_solver *s, int most, double *
 // --- Control
 
 // Is the factor at hand one to begin with?
-static bool old_factor_pays(const nmm_direct *d, const nmm_solver *s) {
-    return s->options.reuse && d->usable && d->factor.n_row == s->n_row;
+static bool old_factor_pays(nmm_direct *d, const nmm_solver *s) {
+    if (!(s->options.reuse && d->usable && d->factor.n_row == s->n_row)) return false;
+    d->pause--;
+    return d->pause < 0;
 }
 
-// With a factor of another matrix: as many iterations as a factorisation is worth; fewer after
-// failures, so that a run whose matrices differ much does not pay twice for each.
+// With a factor of another matrix: as many iterations as a factorisation is worth. After a failure
+// some solves are left out, twice as many each time, so that a run whose matrices differ much does
+// not pay twice for each.
 static void try_old_factor(nmm_direct *d, nmm_solver *s, const double *u, double *norm,
                            nmm_solve_report *report) {
-    const double worth = d->patience * d->factor_cost / d->iteration_cost;
+    const double worth = nmm_max(1, d->factor_cost / d->iteration_cost);
     const int most = (int)nmm_min(worth, s->options.max_iterations / 2);
     run_recursion(d, s, most, norm, report);
     const double cost = report->iterations * d->iteration_cost;
     d->n_solve++;
     d->spent += cost;
     const bool solved = *norm <= s->limit;
-    d->patience = solved ? nmm_min(2 * d->patience, 1) : nmm_max(0.5 * d->patience, LEAST_PATIENCE);
+    d->pause = solved ? 0 : d->next_pause;
+    d->next_pause = solved ? 1 : nmm_min_int(2 * d->next_pause, LONGEST_PAUSE);
     // The cost per solve has passed its lowest point, eq. (6.22): the next solve makes a new
     // factor.
     if (cost * d->n_solve > d->spent) d->usable = false;

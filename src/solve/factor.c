@@ -5,7 +5,6 @@
 // fewer and larger fronts. Liu, SIAM Review 34 (1992) 82.
 
 #include "factor.h"
-#include "order.h"
 
 #include <string.h>
 
@@ -26,25 +25,14 @@ typedef struct tree {
     int *mark;            // scratch
 } tree;
 
-static void list_arrays(tree *t, int **array[11]) {
-    int **const all[11] = {&t->order.row, &t->order.size, &t->order.n_below, &t->order.parent,
+static nmm_status place_tree(nmm_context *context, nmm_factor *f, tree *t) {
+    int **const array[] = {&t->order.row, &t->order.size, &t->order.n_below, &t->order.parent,
                            &t->n_pivot,   &t->top,        &t->child,         &t->sibling,
                            &t->first,     &t->front,      &t->mark};
-    memcpy(array, all, sizeof all);
-}
-
-static void release_tree(nmm_context *context, tree *t) {
-    int **array[11];
-    list_arrays(t, array);
-    for (int k = 0; k < 11; k++)
-        nmm_release(context, array[k]);
-}
-
-static nmm_status allocate_tree(nmm_context *context, tree *t, int n) {
-    int **array[11];
-    list_arrays(t, array);
-    for (int k = 0; k < 11; k++)
-        TRY(nmm_allocate(context, array[k], (size_t)n, sizeof(int)));
+    const int n_array = sizeof array / sizeof *array;
+    TRY(nmm_grow(context, &f->tree, &f->tree_capacity, n_array * f->n_row, sizeof(int)));
+    for (int k = 0; k < n_array; k++)
+        *array[k] = f->tree + (long)k * f->n_row;
     return NMM_OK;
 }
 
@@ -79,6 +67,8 @@ void nmm_factor_destroy(nmm_context *context, nmm_factor *factor) {
     nmm_release(context, &factor->place);
     nmm_release(context, &factor->value);
     nmm_release(context, &factor->stack);
+    nmm_release(context, &factor->tree);
+    nmm_order_release(context, &factor->room);
     *factor = (nmm_factor){0};
 }
 
@@ -96,24 +86,13 @@ static nmm_status reserve_rows(nmm_context *context, nmm_factor *f, int n) {
     return NMM_OK;
 }
 
-static nmm_status reserve_blocks(nmm_context *context, nmm_factor *f, int n_block) {
-    if (n_block <= f->block_capacity) return NMM_OK;
-    nmm_release(context, &f->col);
-    nmm_release(context, &f->entry);
-    f->block_capacity = 0;
-    TRY(nmm_allocate(context, &f->col, (size_t)n_block, sizeof(int)));
-    TRY(nmm_allocate(context, &f->entry, (size_t)n_block, sizeof *f->entry));
-    f->block_capacity = n_block;
-    return NMM_OK;
-}
-
-// Numbers need not survive a new pattern.
+// Numbers need not survive a new pattern. A little more, for patterns that change a little.
 static nmm_status reserve_numbers(nmm_context *context, double **array, long *capacity, long n) {
     if (n <= *capacity) return NMM_OK;
     nmm_release(context, array);
     *capacity = 0;
-    TRY(nmm_allocate(context, array, (size_t)n, sizeof(double)));
-    *capacity = n;
+    TRY(nmm_allocate(context, array, (size_t)(n + n / 4), sizeof(double)));
+    *capacity = n + n / 4;
     return NMM_OK;
 }
 
@@ -313,8 +292,8 @@ static void lay_out_stacks(nmm_factor *f, int *side) {
 // --- All of it
 
 static nmm_status build(nmm_context *context, nmm_factor *f, tree *t) {
-    TRY(allocate_tree(context, t, f->n_row));
-    TRY(nmm_order_find(context, f->n_row, f->row_start, f->col, &t->order));
+    TRY(place_tree(context, f, t));
+    TRY(nmm_order_find(context, &f->room, f->n_row, f->row_start, f->col, &t->order));
     join_fronts(t);
     number_fronts(f, t);
     rank_rows(f, t);
@@ -338,14 +317,14 @@ nmm_status nmm_factor_analyse(nmm_context *context, nmm_factor *factor, const nm
     const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
     forget_pattern(factor);
     TRY(reserve_rows(context, factor, K->n_row));
-    TRY(reserve_blocks(context, factor, n_block));
+    TRY(nmm_grow(context, &factor->col, &factor->col_capacity, n_block, sizeof(int)));
+    TRY(nmm_grow(context, &factor->entry, &factor->entry_capacity, n_block, sizeof *factor->entry));
     memcpy(factor->row_start, K->row_start, ((size_t)K->n_row + 1) * sizeof(int));
     memcpy(factor->col, K->col, (size_t)n_block * sizeof(int));
     factor->n_row = K->n_row;
     factor->n_block = n_block;
     tree t = {0};
-    nmm_status status = build(context, factor, &t);
-    release_tree(context, &t);
+    const nmm_status status = build(context, factor, &t);
     if (status != NMM_OK) forget_pattern(factor);
     return status;
 }

@@ -9,6 +9,7 @@
 #ifndef NMM_FACTOR_H
 #define NMM_FACTOR_H
 
+#include "order.h"
 #include "solve.h"
 
 /// Pivots first .. first + n_pivot - 1 in order of elimination, which are block rows, and n_row
@@ -47,8 +48,10 @@ typedef struct nmm_factor {
     long n_value, n_stack;
     double n_number; // numbers of L that may differ from zero, without padding
     double work;     // [ns] of making the numbers, by count of operations
+    int *tree;       // scratch of the analysis
+    nmm_order_room room;
     // What there is room for.
-    int row_capacity, block_capacity, list_capacity, place_capacity;
+    int row_capacity, col_capacity, entry_capacity, list_capacity, place_capacity, tree_capacity;
     long value_capacity, stack_capacity;
 } nmm_factor;
 

@@ -28,22 +28,23 @@ typedef struct graph {
     int n_done;           // rows eliminated
 } graph;
 
-static void release_graph(nmm_context *context, graph *g) {
-    int **const array[] = {&g->list,     &g->start,  &g->n_element, &g->n_entry, &g->weight,
-                           &g->degree,   &g->heir,   &g->stamp,     &g->head,    &g->next,
-                           &g->previous, &g->bucket, &g->turn};
-    for (size_t k = 0; k < sizeof array / sizeof *array; k++)
-        nmm_release(context, array[k]);
+void nmm_order_release(nmm_context *context, nmm_order_room *room) {
+    nmm_release(context, &room->row);
+    nmm_release(context, &room->list);
+    *room = (nmm_order_room){0};
 }
 
-static nmm_status allocate_graph(nmm_context *context, graph *g, int n, int n_block) {
+// The arrays of a graph of n rows, in room for all of them.
+static nmm_status place_graph(nmm_context *context, graph *g, nmm_order_room *room, int n) {
     int **const array[] = {&g->start,  &g->n_element, &g->n_entry, &g->weight,
                            &g->degree, &g->heir,      &g->stamp,   &g->head,
                            &g->next,   &g->previous,  &g->bucket,  &g->turn};
-    for (size_t k = 0; k < sizeof array / sizeof *array; k++)
-        TRY(nmm_allocate(context, array[k], (size_t)n, sizeof(int)));
+    const int n_array = sizeof array / sizeof *array;
+    TRY(nmm_grow(context, &room->row, &room->row_capacity, n_array * n, sizeof(int)));
+    for (int k = 0; k < n_array; k++)
+        *array[k] = room->row + (long)k * n;
     g->n = n;
-    return nmm_grow(context, &g->list, &g->capacity, n_block, sizeof *g->list);
+    return NMM_OK;
 }
 
 // --- Lists by degree
@@ -70,6 +71,7 @@ static void fill_graph(graph *g, const int *row_start, const int *col) {
     for (int i = 0; i < g->n; i++) {
         g->head[i] = g->bucket[i] = g->heir[i] = -1;
         g->weight[i] = 1;
+        g->n_element[i] = g->stamp[i] = 0;
         g->start[i] = g->end;
         for (int k = row_start[i]; k < row_start[i + 1]; k++)
             if (col[k] != i) g->list[g->end++] = col[k];
@@ -305,16 +307,19 @@ static nmm_status eliminate(nmm_context *context, graph *g, nmm_order *order) {
     return NMM_OK;
 }
 
-nmm_status nmm_order_find(nmm_context *context, int n_row, const int *row_start, const int *col,
-                          nmm_order *order) {
+nmm_status nmm_order_find(nmm_context *context, nmm_order_room *room, int n_row,
+                          const int *row_start, const int *col, nmm_order *order) {
     order->n_step = 0;
     if (n_row == 0) return NMM_OK;
     graph g = {.parent = order->parent};
-    nmm_status status = allocate_graph(context, &g, n_row, row_start[n_row]);
-    if (status == NMM_OK) {
-        fill_graph(&g, row_start, col);
-        status = eliminate(context, &g, order);
-    }
-    release_graph(context, &g);
+    TRY(place_graph(context, &g, room, n_row));
+    TRY(nmm_grow(context, &room->list, &room->list_capacity, row_start[n_row], sizeof(int)));
+    g.list = room->list;
+    g.capacity = room->list_capacity;
+    fill_graph(&g, row_start, col);
+    const nmm_status status = eliminate(context, &g, order);
+    // It may have grown.
+    room->list = g.list;
+    room->list_capacity = g.capacity;
     return status;
 }

@@ -16,9 +16,17 @@ typedef struct nmm_order {
     int *parent;  // [n_row] the same: later step that has or changes all of those, -1: none
 } nmm_order;
 
+/// Scratch, zero before first use; it is kept, so that orders of like size need no memory.
+typedef struct nmm_order_room {
+    int *row, *list;
+    int row_capacity, list_capacity;
+} nmm_order_room;
+
+void nmm_order_release(nmm_context *context, nmm_order_room *room);
+
 /// By approximate minimum degree, into arrays of the caller. The pattern is as in nmm_bsr: both
 /// halves, diagonal present. The same pattern gives the same order. NMM_ERROR_MEMORY.
-nmm_status nmm_order_find(nmm_context *context, int n_row, const int *row_start, const int *col,
-                          nmm_order *order);
+nmm_status nmm_order_find(nmm_context *context, nmm_order_room *room, int n_row,
+                          const int *row_start, const int *col, nmm_order *order);
 
 #endif

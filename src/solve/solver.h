@@ -73,6 +73,8 @@ typedef struct nmm_experience {
     double rate[NMM_BLOCKS_BODY +
                 1]; // by nmm_solve_blocks: orders of magnitude an iteration gains; 0: not known
     int solves;     // since they were last forgotten
+    int n_kept;     // with the pattern at hand
+    double life;    // the same with patterns before, on average of late; 0: not known
 } nmm_experience;
 
 typedef struct nmm_variant nmm_variant;
