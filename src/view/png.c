@@ -10,7 +10,6 @@
 
 #include "view.h"
 
-#include <math.h>
 #include <png.h>
 
 enum { SIDE = 64, CELLS = SIDE * SIDE * SIDE, PALETTE = 256 };
@@ -87,7 +86,7 @@ static void choose_colours(palette *p) {
         int best = -1;
         double most = 0;
         for (int i = 0; i < p->n; i++) {
-            const double want = p->cell[i].distance * sqrt(p->cell[i].count);
+            const double want = p->cell[i].distance * p->cell[i].count;
             if (want <= most) continue;
             most = want;
             best = i;
