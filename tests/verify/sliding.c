@@ -90,6 +90,31 @@ static void test_incline_coarse(void **state) {
     rows_end();
 }
 
+// Augmented contact: answers that do not depend on the penalty.
+static void test_incline_penalty(void **state) {
+    (void)state;
+    const double penalty[] = {1, 10, 100, 1000};
+    for (int k = 0; k < (run_all() ? 4 : 0); k++) {
+        run r = RUN("incline.yaml", "contact.method=augmented",
+                    set_text("contact.penalty=%g", penalty[k]));
+        run_to_end(&r);
+        row_close(set_text("augmented, penalty %g E: way at 2 s", penalty[k]), incline_way[4][1],
+                  run_monitor(&r, "slider").displacement[0], 1e-4);
+        run_close(&r);
+    }
+    for (int k = 0; k < (run_all() ? 4 : 0); k++) {
+        const double phi = atan(0.5), angle = phi - radians(0.5);
+        run r = RUN("incline.yaml", "contact.method=augmented",
+                    set_text("contact.penalty=%g", penalty[k]), friction(phi), tilt(angle));
+        run_to_end(&r);
+        row_below(
+            set_text("augmented, penalty %g E, mu 0.5, 0.5 deg below: way at 2 s", penalty[k]),
+            run_monitor(&r, "slider").displacement[0], 1e-5);
+        run_close(&r);
+    }
+    rows_end();
+}
+
 // --- Threshold
 
 static void test_threshold_below(void **state) {
@@ -199,15 +224,18 @@ static void test_base_motion(void **state) {
     (void)state;
     run r = RUN("base_motion.yaml");
     double largest = 0, first = -1;
+    // The first slip is enough for a quick look.
     bool more = true;
-    while (more) {
+    while (more && (run_all() || r.report.time < 0.1)) {
         more = run_step(&r);
         largest = fmax(largest, fabs(run_monitor(&r, "slider").displacement[0]));
         if (first < 0 && r.report.time > 0.02 && slides(&r)) first = r.report.time;
     }
-    row_close("shaking base: largest slip", 0.251355882, largest, 1e-3);
-    row_close("shaking base: slip at 3 s", -0.104949953, run_monitor(&r, "slider").displacement[0],
-              2e-3);
+    if (run_all()) {
+        row_close("shaking base: largest slip", 0.251355882, largest, 1e-3);
+        row_close("shaking base: slip at 3 s", -0.104949953,
+                  run_monitor(&r, "slider").displacement[0], 2e-3);
+    }
     row_near("shaking base: first slip (step 5e-4)", 0.065494940, first, 1e-3);
     row_ledger("shaking base", &r);
     run_close(&r);
@@ -221,6 +249,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(test_strength_reduction),
         cmocka_unit_test(test_incline_turned),
         cmocka_unit_test(test_incline_coarse),
+        cmocka_unit_test(test_incline_penalty),
         cmocka_unit_test(test_threshold_below),
         cmocka_unit_test(test_threshold_above),
         cmocka_unit_test(test_push),

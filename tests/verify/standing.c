@@ -36,6 +36,28 @@ static void test_stack(void **state) {
     rows_end();
 }
 
+// Augmented contact: answers that do not depend on the penalty.
+static void test_stack_penalty(void **state) {
+    (void)state;
+    const double penalty[] = {1, 10, 100, 1000};
+    double top[4];
+    for (int k = 0; k < (run_all() ? 4 : 0); k++) {
+        run r = RUN("stack.yaml", "contact.method=augmented",
+                    set_text("contact.penalty=%g", penalty[k]));
+        run_to_end(&r);
+        const char *name = set_text("augmented, penalty %g E", penalty[k]);
+        if (k == 0) rows_known("carried forces of soft contacts do not come to rest in 30 rounds");
+        row_close(set_text("%s: force under block 1", name), 5 * 2500 * GRAVITY, force_at(r.sim, 0),
+                  1e-4);
+        if (k == 0) rows_end();
+        top[k] = run_monitor(&r, "top").displacement[1];
+        // Gravity acts at once and friction holds what it finds: not one answer, so not tested.
+        row_note(set_text("%s: settlement of the top over that at 1 E", name), top[k] / top[0]);
+        run_close(&r);
+    }
+    rows_end();
+}
+
 static void test_stack_drift(void **state) {
     (void)state;
     if (!run_all()) return;
@@ -86,7 +108,8 @@ static double fall_of_beam(double phi) {
 static void test_hinged_beam(void **state) {
     (void)state;
     // Far from slipping the abutments bear as much friction as balance needs.
-    run r = RUN("hinged_beam.yaml", "interfaces.contact.friction_angle=30", "time.end=1");
+    run r = RUN("hinged_beam.yaml", "interfaces.contact.friction_angle=30",
+                run_all() ? "time.end=1" : "time.end=0.6");
     run_to_end(&r);
     double normal = 0, shear = 0;
     for (int k = 0; k < r.sim->state.n_contact; k++) {
@@ -100,6 +123,10 @@ static void test_hinged_beam(void **state) {
              atan2(shear, normal) * 180 / M_PI, 0.01);
     row_close("hinged beam: thrust", 2500 * GRAVITY * 5 * 5 / 2.0, normal, 1e-3);
     run_close(&r);
+    if (!run_all()) {
+        rows_end();
+        return;
+    }
     row_true("hinged beam: slips at 21.6 degrees", "slips", fall_of_beam(21.6) > 5e-3);
     row_true("hinged beam: stands at 22.0 degrees", "stands", fall_of_beam(22.0) < 1e-4);
     rows_end();
@@ -163,9 +190,10 @@ static void test_tension(void **state) {
 
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_stack),    cmocka_unit_test(test_stack_drift),
-        cmocka_unit_test(test_toppling), cmocka_unit_test(test_hinged_beam),
-        cmocka_unit_test(test_shear),    cmocka_unit_test(test_tension),
+        cmocka_unit_test(test_stack),         cmocka_unit_test(test_stack_drift),
+        cmocka_unit_test(test_stack_penalty), cmocka_unit_test(test_toppling),
+        cmocka_unit_test(test_hinged_beam),   cmocka_unit_test(test_shear),
+        cmocka_unit_test(test_tension),
     };
     return verify_main(argc, argv, tests, sizeof tests / sizeof *tests);
 }
