@@ -7,6 +7,7 @@
 // then.
 
 #include "choose.h"
+#include "coarse.h"
 #include "direct.h"
 
 #include <math.h>
@@ -63,6 +64,21 @@ typedef struct prices {
     bool has_direct;
 } prices;
 
+typedef struct coarse_size {
+    double n_part, n_factor, work;
+} coarse_size;
+
+// What the parts come to before they are found: no fewer than bodies, and a factor as wide as a row
+// of parts across the scene.
+static coarse_size guess_coarse(const nmm_bsr *K, const nmm_solve_options *options) {
+    int n_body = 0;
+    for (int i = 0; i < K->n_row; i++)
+        n_body = nmm_max_int(n_body, options->body[i] + 1);
+    const double n_part = nmm_max(n_body, K->n_row / nmm_coarse_rows_of_part(K->n_row));
+    const double width = 4.5 * sqrt(n_part);
+    return (coarse_size){n_part, 3 * n_part * width, 1.5 * n_part * width * width};
+}
+
 static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
                           const nmm_solve_options *options) {
     const double n = K->n_row, n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
@@ -84,15 +100,15 @@ static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
     p.prepare[DIRECT] = p.iterate[DIRECT] + analysis / life;
     if (options->place == NULL || options->body == NULL) return p;
     p.largest = NMM_BLOCKS_BODY;
-    const bool parts = kept && s->parts_found;
-    // Before the parts are known: about what they come to.
-    const double n_part = parts ? s->coarse.n_part : 0.1 * n;
-    const double n_factor = parts ? (double)s->coarse.n_factor : 10 * n;
-    const double work = parts ? s->coarse.work : 200 * n;
-    p.iterate[NMM_BLOCKS_BODY] =
-        p.iterate[NMM_BLOCKS_CLUSTER] + PER_FACTOR * n_factor + PER_PART * n_part + PER_MOVE * n;
-    if (!parts) make += DIVIDE_BLOCK * n_block;
-    make += PROJECT_BLOCK * n_block + FACTORISE * work;
+    // Those of another pattern of the same rows are much the same.
+    const bool known = s->coarse.n_part > 0 && s->n_row == K->n_row;
+    const coarse_size coarse =
+        known ? (coarse_size){s->coarse.n_part, (double)s->coarse.n_factor, s->coarse.work}
+              : guess_coarse(K, options);
+    p.iterate[NMM_BLOCKS_BODY] = p.iterate[NMM_BLOCKS_CLUSTER] + PER_FACTOR * coarse.n_factor +
+                                 PER_PART * coarse.n_part + PER_MOVE * n;
+    if (!kept || !s->parts_found) make += DIVIDE_BLOCK * n_block;
+    make += PROJECT_BLOCK * n_block + FACTORISE * coarse.work;
     p.prepare[NMM_BLOCKS_BODY] = TAKE_BLOCK * n_block + BORNE * make;
     return p;
 }

@@ -235,13 +235,16 @@ static void outline_factor(nmm_coarse *c, const nmm_coarse_source *s) {
     }
 }
 
+double nmm_coarse_rows_of_part(int n_row) {
+    return nmm_max(LEAST_ROWS, PART_SHARE * sqrt((double)n_row));
+}
+
 static nmm_status divide(nmm_context *context, nmm_coarse *c, const nmm_coarse_source *s,
                          body_box *box, int n_body) {
     int n_row = 0;
     for (int k = 0; k < n_body; k++)
         n_row += box[k].n_row;
-    const double rows = nmm_max(LEAST_ROWS, PART_SHARE * sqrt((double)n_row));
-    TRY(find_parts(context, c, s, box, n_body, rows));
+    TRY(find_parts(context, c, s, box, n_body, nmm_coarse_rows_of_part(n_row)));
     list_rows(c, s->n);
     rank_parts(c, s);
     for (int i = 0; i < s->n; i++)

@@ -43,6 +43,9 @@ typedef struct nmm_coarse {
 
 void nmm_coarse_destroy(nmm_context *context, nmm_coarse *coarse);
 
+/// Rows that a part of a large body has about.
+double nmm_coarse_rows_of_part(int n_row);
+
 /// Divide the bodies into parts of about equal size and find the pattern of the factor; the values
 /// are not looked at.
 nmm_status nmm_coarse_divide(nmm_context *context, nmm_coarse *coarse,
