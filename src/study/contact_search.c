@@ -1,41 +1,66 @@
 // SPDX-License-Identifier: MIT
 //
 // Time of the contact search against the number of blocks, 10^2 to 10^5 of them with up to 10^6
-// edges: walls of bricks whose points shake a little in each step, so that the index is used, and
-// now and then made anew, as in a run.
+// edges: walls of bricks whose points shake a little in each step, so that the index is used, as in
+// a run; now and then the wall is shifted as a whole, and the index has to be made anew.
 //
-// Only the search is measured: no system is assembled or solved.
+// Only the search is measured: no system is assembled or solved. The numbers of threads take turns
+// on one wall; medians are reported.
 
 #include "bench.h"
 
 #include <math.h>
 
-/// Steps of each wall, after a first one that makes the index.
-enum { STEPS = 20, STEPS_QUICK = 4 };
+/// Times the index is made anew, and steps with it after each; for walls of up to so many blocks.
+enum { ROUNDS = 5, STEPS = 5, MANY = 50000, ROUNDS_OF_MANY = 2, STEPS_OF_MANY = 3 };
 
 /// A step shakes each point by this much, and the search reaches so far [m].
 #define SHAKE 1e-3
 #define REACH 0.02
 
-enum { BLOCKS, EDGES, CONTACTS, THREADS, FIRST, STEP, PER_BLOCK, SLOWEST, BYTES, DEVICE, N_COLUMN };
+enum {
+    BLOCKS,
+    EDGES,
+    CONTACTS,
+    THREADS,
+    STEP,
+    PER_BLOCK,
+    INDEX,
+    INDEX_PER_BLOCK,
+    BYTES,
+    DEVICE,
+    N_COLUMN
+};
 
 static const nmm_bench_column columns[] = {
     [BLOCKS] = {"blocks", "blocks", "", 0, 0},
     [EDGES] = {"edges", "edges", "", 0, 0},
     [CONTACTS] = {"contacts", "contacts", "", 0, 0},
     [THREADS] = {"threads", "threads", "", 0, 0},
-    [FIRST] = {"first_ms", "first search", "ms", 0, 3},
-    [STEP] = {"step_ms", "step, mean", "ms", 0, 3},
-    [PER_BLOCK] = {"step_us_per_block", "per block", "us", 0, 3},
-    [SLOWEST] = {"slowest_ms", "slowest step", "ms", 0, 3},
+    [STEP] = {"step_ms", "a step", "ms", 0, 3},
+    [PER_BLOCK] = {"step_us_per_block", "a block", "us", 0, 3},
+    [INDEX] = {"index_ms", "with new index", "ms", 0, 3},
+    [INDEX_PER_BLOCK] = {"index_us_per_block", "a block", "us", 0, 3},
     [BYTES] = {"bytes_per_block", "bytes a block", "", 0, 0},
     [DEVICE] = {"device", "device", "", 1, 0},
     [N_COLUMN] = {0},
 };
 
+/// Seconds by thread count: searches with the index as it is, and with a new one.
+typedef struct times {
+    double step[NMM_BENCH_THREADS][ROUNDS * STEPS], index[NMM_BENCH_THREADS][ROUNDS];
+    int n_step, n_index;
+} times;
+
 static void shake(nmm_sim *sim, nmm_random *random) {
     for (int i = 0; i < 2 * sim->model.n_point; i++)
         sim->state.position[i] += SHAKE * (nmm_random_unit(random) - 0.5);
+}
+
+// Farther than any index reaches; to and fro.
+static void shift(nmm_sim *sim, int round) {
+    for (int i = 0; i < sim->model.n_point; i++)
+        sim->state.position[2 * i] += round % 2 == 0 ? 10 : -10;
 }
 
 static nmm_status search_once(nmm_bench *bench, nmm_sim *sim, double *seconds) {
@@ -47,34 +72,57 @@ static nmm_status search_once(nmm_bench *bench, nmm_sim *sim, double *seconds) {
     return status;
 }
 
-static nmm_status measure_threads(nmm_bench *bench, nmm_sim *sim, int n_thread, double bytes) {
-    const int steps = bench->def.quick ? STEPS_QUICK : STEPS;
+static nmm_status measure_rounds(nmm_bench *bench, nmm_sim *sim, times *t) {
+    const bool many = sim->model.n_block > MANY;
+    const int rounds = bench->def.quick ? 1 : many ? ROUNDS_OF_MANY : ROUNDS;
+    const int steps = many ? STEPS_OF_MANY : STEPS;
     nmm_random random = nmm_random_seed(1);
-    double first = 0, sum = 0, slowest = 0;
-    const char *device = NULL;
-    sim->context.n_thread = n_thread;
+    double first = 0;
     TRY(search_once(bench, sim, &first));
-    for (int k = 0; k < steps; k++) {
-        double seconds = 0;
-        shake(sim, &random);
-        TRY(search_once(bench, sim, &seconds));
-        sum += seconds;
-        slowest = nmm_max(slowest, seconds);
+    for (int round = 0; round < rounds; round++) {
+        for (int k = 0; k < bench->n_thread; k++) {
+            sim->context.n_thread = bench->thread[k];
+            shift(sim, round * bench->n_thread + k);
+            TRY(search_once(bench, sim, &t->index[k][round]));
+            for (int i = 0; i < steps; i++) {
+                shake(sim, &random);
+                TRY(search_once(bench, sim, &t->step[k][round * steps + i]));
+            }
+        }
     }
+    t->n_index = rounds;
+    t->n_step = rounds * steps;
+    return NMM_OK;
+}
+
+static nmm_status write_row(nmm_bench *bench, const nmm_sim *sim, times *t, int k, double bytes) {
+    const char *device = NULL;
     const int n = sim->model.n_block;
+    const double step = nmm_bench_median(t->n_step, t->step[k]);
+    const double index = nmm_bench_median(t->n_index, t->index[k]);
     TRY(nmm_bench_add(bench));
     nmm_bench_set(bench, BLOCKS, n);
     nmm_bench_set(bench, EDGES, sim->model.n_vertex);
     nmm_bench_set(bench, CONTACTS, sim->state.n_contact);
-    nmm_bench_set(bench, THREADS, n_thread);
-    nmm_bench_set(bench, FIRST, 1e3 * first);
-    nmm_bench_set(bench, STEP, 1e3 * sum / steps);
-    nmm_bench_set(bench, PER_BLOCK, 1e6 * sum / steps / n);
-    nmm_bench_set(bench, SLOWEST, 1e3 * slowest);
-    nmm_bench_set(bench, BYTES, floor(((double)sim->context.live_bytes - bytes) / n));
+    nmm_bench_set(bench, THREADS, bench->thread[k]);
+    nmm_bench_set(bench, STEP, 1e3 * step);
+    nmm_bench_set(bench, PER_BLOCK, 1e6 * step / n);
+    nmm_bench_set(bench, INDEX, 1e3 * index);
+    nmm_bench_set(bench, INDEX_PER_BLOCK, 1e6 * index / n);
+    nmm_bench_set(bench, BYTES, floor(bytes / n));
     TRY(nmm_bench_host(bench, &device));
     TRY(nmm_bench_say(bench, DEVICE, device));
     nmm_bench_done(bench);
+    return NMM_OK;
+}
+
+static nmm_status measure_rows(nmm_bench *bench, nmm_sim *sim) {
+    times t = {.n_step = 0};
+    const size_t before = sim->context.live_bytes;
+    TRY(measure_rounds(bench, sim, &t));
+    const double bytes = (double)(sim->context.live_bytes - before);
+    for (int k = 0; k < bench->n_thread; k++)
+        TRY(write_row(bench, sim, &t, k, bytes));
     return NMM_OK;
 }
 
@@ -82,33 +130,28 @@ static nmm_status measure_threads(nmm_bench *bench, nmm_sim *sim, int n_thread, 
 static nmm_status measure_wall(nmm_bench *bench, int blocks) {
     const int columns_of_wall = nmm_max_int(2, (int)(sqrt(0.5 * blocks) + 0.5));
     const int courses = nmm_max_int(1, (int)((double)blocks / columns_of_wall + 0.5));
-    for (int i = 0; i < bench->n_thread; i++) {
-        nmm_bench_source source = {
-            .path = "wall", .n_thread = bench->thread[i], .device = NMM_DEVICE_HOST};
-        nmm_sim *sim = NULL;
-        if (!nmm_bench_goes_on(bench, "contact: %d blocks, %d threads", blocks, bench->thread[i]))
-            return NMM_OK;
-        TRY(nmm_bench_wall_text(bench, &source.text, columns_of_wall, courses, "{size: 1.2}"));
-        nmm_status status = nmm_bench_open(bench, &sim, &source);
-        if (status == NMM_OK)
-            status = measure_threads(bench, sim, bench->thread[i], (double)sim->context.live_bytes);
-        nmm_bench_close(&sim);
-        TRY(status);
-    }
-    return NMM_OK;
+    nmm_bench_source source = {.path = "wall", .n_thread = 1, .device = NMM_DEVICE_HOST};
+    nmm_sim *sim = NULL;
+    if (!nmm_bench_goes_on(bench, "contact: %d blocks", blocks)) return NMM_OK;
+    TRY(nmm_bench_wall_text(bench, &source.text, columns_of_wall, courses, "{size: 1.2}"));
+    nmm_status status = nmm_bench_open(bench, &sim, &source);
+    if (status == NMM_OK) status = measure_rows(bench, sim);
+    nmm_bench_close(&sim);
+    return status;
 }
 
 static nmm_status conclude(nmm_bench *bench) {
     for (int i = 0; i < bench->n_thread && bench->n_row > 0; i++) {
         const nmm_bench_filter filter[2] = {{THREADS, NULL, bench->thread[i]}, {0}};
-        nmm_chart_series all = {0};
+        nmm_chart_series all = {0}, anew = {0};
         TRY(nmm_bench_series(bench, &all, BLOCKS, STEP, filter));
+        TRY(nmm_bench_series(bench, &anew, BLOCKS, INDEX, filter));
         if (all.n < 2) continue;
         TRY(nmm_bench_remark(bench,
                              "Time of a step's search with %d thread%s grows with the number of "
-                             "blocks to the power %.2f.",
+                             "blocks to the power %.2f, with a new index %.2f.",
                              bench->thread[i], bench->thread[i] > 1 ? "s" : "",
-                             nmm_bench_exponent(&all, 0)));
+                             nmm_bench_exponent(&all, 0), nmm_bench_exponent(&anew, 0)));
     }
     return NMM_OK;
 }

@@ -131,39 +131,43 @@ static nmm_status run_rounds(nmm_bench *bench, contest *c) {
     return NMM_OK;
 }
 
-// Median over the rounds: seconds of a phase, or of all of them.
-static double median_of(const contest *c, int way, int phase) {
-    double value[ROUNDS];
-    for (int round = 0; round < c->round; round++)
-        value[round] =
-            phase == NMM_PHASES ? c->run[way][round].seconds : c->run[way][round].phase[phase];
-    return nmm_bench_median(c->round, value);
+// The run of a way that took the middle of its times, so that its parts make a whole.
+static const nmm_bench_timing *median_run(const contest *c, int way) {
+    const nmm_bench_timing *run = c->run[way];
+    for (int i = 0; i < c->round; i++) {
+        int faster = 0;
+        for (int k = 0; k < c->round; k++)
+            faster +=
+                run[k].seconds < run[i].seconds || (run[k].seconds == run[i].seconds && k < i);
+        if (faster == c->round / 2) return &run[i];
+    }
+    return run;
 }
 
-static void set_shares(nmm_bench *bench, const contest *c, int way, int column) {
-    const double all = median_of(c, way, NMM_PHASES);
+static void set_shares(nmm_bench *bench, const nmm_bench_timing *run, int column) {
     for (int phase = 0; phase < NMM_PHASES; phase++)
-        nmm_bench_set(bench, column + phase, 100 * median_of(c, way, phase) / all);
-    nmm_bench_set(bench, column + NMM_PHASES, 1e3 * all / (double)c->run[way][0].steps);
+        nmm_bench_set(bench, column + phase, 100 * run->phase[phase] / run->seconds);
+    nmm_bench_set(bench, column + NMM_PHASES, 1e3 * run->seconds / (double)run->steps);
 }
 
 static nmm_status write_row(nmm_bench *bench, const contest *c) {
     int best = 1;
     const char *device = NULL;
     for (int way = 2; way < c->n_way; way++)
-        if (median_of(c, way, NMM_PHASES) < median_of(c, best, NMM_PHASES)) best = way;
+        if (median_run(c, way)->seconds < median_run(c, best)->seconds) best = way;
+    const nmm_bench_timing *sor = median_run(c, 0), *ours = median_run(c, best);
     TRY(nmm_bench_add(bench));
     TRY(nmm_bench_say(bench, SCENE, c->scene->name));
     nmm_bench_set(bench, BLOCKS, c->scene->blocks);
     nmm_bench_set(bench, UNKNOWNS, c->scene->unknowns);
-    nmm_bench_set(bench, STEPS, (double)c->run[0][0].steps);
-    set_shares(bench, c, 0, SOR_CONTACT);
-    set_shares(bench, c, best, CONTACT);
+    nmm_bench_set(bench, STEPS, (double)sor->steps);
+    set_shares(bench, sor, SOR_CONTACT);
+    set_shares(bench, ours, CONTACT);
     nmm_bench_set(bench, THREADS, bench->thread[best - 1]);
-    nmm_bench_set(bench, SPEEDUP, median_of(c, 0, NMM_PHASES) / median_of(c, best, NMM_PHASES));
+    nmm_bench_set(bench, SPEEDUP, sor->seconds / ours->seconds);
     nmm_bench_set(bench, DIFFERENCE, c->difference);
-    nmm_bench_set(bench, SOR_CUTS, (double)c->run[0][0].cuts);
-    nmm_bench_set(bench, CUTS, (double)c->run[best][0].cuts);
+    nmm_bench_set(bench, SOR_CUTS, (double)sor->cuts);
+    nmm_bench_set(bench, CUTS, (double)ours->cuts);
     if (bench->def.device == NMM_DEVICE_TARGET)
         TRY(nmm_bench_target(bench, &device));
     else

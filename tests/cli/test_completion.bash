@@ -32,3 +32,6 @@ expect "--max-iterations" nmm solve --max-
 expect "jacobi" nmm solve --method j
 expect "cluster" nmm solve --blocks cl
 expect "solve" nmm so
+expect "bench" nmm b
+expect "fig6 fig7" nmm bench f
+expect "--quick --quiet" nmm bench --qui

@@ -22,6 +22,8 @@ mv "$place/first" "$place/nmm"
 rm -r "$place/release"
 
 "$place/nmm/bin/nmm" --version
+# The scenes of the experiments are found where they were installed.
+(cd "$place" && nmm/bin/nmm bench fig6 --quick --quiet && test -s bench/fig6.svg)
 
 "$cmake" -S "$here/consumer" -B "$place/build" -DCMAKE_PREFIX_PATH="$place/nmm" >/dev/null
 "$cmake" --build "$place/build" >/dev/null

@@ -1,0 +1,23 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+#
+# Makes the tables and pictures of docs/experiments.md: builds the program and measures, which takes
+# about a quarter of an hour on a machine that does nothing else.
+#
+# Usage: sh tests/examples/experiments.sh [BUILD_FOLDER] [-- OPTIONS of experiments.py, see its --help]
+
+set -e
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/cmake/packages.sh"
+
+build="$root/build/experiments"
+if [ $# -gt 0 ] && [ "$1" != -- ]; then
+    build=$1
+    shift
+fi
+[ "$1" = -- ] && shift
+
+need_packages $packages_build python3
+cmake -S "$root" -B "$build" -G Ninja -D CMAKE_BUILD_TYPE=Release -D NMM_BUILD_TESTS=OFF >/dev/null
+cmake --build "$build" --target nmm
+exec python3 "$root/tests/examples/experiments.py" "$build/nmm" "$@"
