@@ -15,7 +15,7 @@
 enum { ROUNDS = 5, STEPS = 5, MANY = 50000, ROUNDS_OF_MANY = 2, STEPS_OF_MANY = 3 };
 
 /// A step shakes each point by this much, and the search reaches so far [m].
-#define SHAKE 1e-3
+#define SHAKE 2e-5
 #define REACH 0.02
 
 enum {
