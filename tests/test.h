@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What every test needs: cmocka with its prerequisites, and comparisons of floating point numbers
-// that print both sides.
+// What every test needs: cmocka with its prerequisites, comparisons of floating point numbers that
+// print both sides, and memory that fails.
 
 #ifndef NMM_TEST_H
 #define NMM_TEST_H
@@ -12,6 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -30,5 +31,20 @@
 /// Relative form: |actual - expected| <= tolerance * |expected|.
 #define assert_close(actual, expected, tolerance)                                                  \
     assert_near(actual, expected, (tolerance)*fabs(expected))
+
+/// Memory of a context (nmm_context.allocate, with a failing as its user) that fails once, at call
+/// number `fail_at`, counted from 0; -1: never.
+typedef struct test_failing {
+    long calls, fail_at;
+} test_failing;
+
+static inline void *test_failing_hook(void *user, void *old, size_t size) {
+    test_failing *f = user;
+    if (size == 0) {
+        free(old);
+        return NULL;
+    }
+    return f->calls++ == f->fail_at ? NULL : realloc(old, size);
+}
 
 #endif

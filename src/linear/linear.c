@@ -5,26 +5,14 @@
 // factors are made anew, as a new step has to make them.
 
 #include "linear.h"
+#include "step.h"
 
 #include <math.h>
 #include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
-/// Words of the settings, at the place of their value.
-static const char *const method_word[] = {[NMM_SOLVE_AUTO] = "auto",
-                                          [NMM_SOLVE_JACOBI] = "jacobi",
-                                          [NMM_SOLVE_PCG] = "pcg",
-                                          [NMM_SOLVE_SOR] = "sor",
-                                          [NMM_SOLVE_GAUSS_SEIDEL] = "gauss-seidel",
-                                          [NMM_SOLVE_CHEBYSHEV] = "chebyshev",
-                                          [NMM_SOLVE_DIRECT] = "direct",
-                                          NULL};
-static const char *const blocks_word[] = {[NMM_BLOCKS_AUTO] = "auto",
-                                          [NMM_BLOCKS_COVER] = "cover",
-                                          [NMM_BLOCKS_CLUSTER] = "cluster",
-                                          [NMM_BLOCKS_BODY] = "body",
-                                          NULL};
+// Words of the settings, at the place of their value.
 static const char *const precision_word[] = {
     [NMM_PRECISION_DOUBLE] = "double", [NMM_PRECISION_MIXED] = "mixed", NULL};
 static const char *const stop_word[] = {"residual", "average_change", NULL};
@@ -56,8 +44,8 @@ static nmm_status take_word(nmm_context *context, const char *what, const char *
 static nmm_status take_options(nmm_context *context, const nmm_linear_def *def,
                                nmm_solve_options *options) {
     int method = 0, blocks = 0, precision = 0, stop = 0;
-    TRY(take_word(context, "method", def->method, method_word, &method));
-    TRY(take_word(context, "blocks", def->blocks, blocks_word, &blocks));
+    TRY(take_word(context, "method", def->method, nmm_solve_method_word, &method));
+    TRY(take_word(context, "blocks", def->blocks, nmm_solve_blocks_word, &blocks));
     TRY(take_word(context, "precision", def->precision, precision_word, &precision));
     TRY(take_word(context, "stop", def->stop, stop_word, &stop));
     if (def->n_repeat < 1 || (def->matrix == NULL && def->generate < 8)) {
@@ -77,20 +65,6 @@ static nmm_status take_options(nmm_context *context, const nmm_linear_def *def,
                                    .max_iterations = def->max_iterations,
                                    .n_thread = context->n_thread};
     return NMM_OK;
-}
-
-static nmm_status take_backend(nmm_context *context, nmm_device_choice device,
-                               const nmm_solve_backend **backend) {
-    *backend = nmm_solve_host();
-    if (device != NMM_DEVICE_TARGET) return NMM_OK;
-    *backend = nmm_solve_target();
-    if (*backend == NULL) {
-        return nmm_fail(context, NMM_ERROR_DEVICE,
-                        "no target device: this build of nmm has no offload backend");
-    }
-    if (nmm_solve_target_devices() > 0) return NMM_OK;
-    return nmm_fail(context, NMM_ERROR_DEVICE,
-                    "no target device: the runtime ran a target region on the host");
 }
 
 // --- The system
@@ -220,7 +194,7 @@ static nmm_status do_job(job *j) {
     const nmm_linear_def *def = j->def;
     nmm_linear *s = &j->system;
     TRY(take_options(&j->context, def, &j->options));
-    TRY(take_backend(&j->context, def->device, &j->backend));
+    TRY(nmm_step_backend(&j->context, def->device, &j->backend));
     const double start = nmm_clock();
     TRY(load_system(&j->context, s, def));
     j->read_seconds = nmm_clock() - start;
@@ -246,8 +220,8 @@ static void copy_words(nmm_linear_report *report, const job *j) {
     const nmm_solve_report *solved = &j->solved;
     snprintf(report->end, sizeof report->end, "%s", end_word(solved->end));
     snprintf(report->reason, sizeof report->reason, "%s", nmm_solve_end_name(solved->end));
-    snprintf(report->method, sizeof report->method, "%s", method_word[solved->method]);
-    snprintf(report->blocks, sizeof report->blocks, "%s", blocks_word[solved->blocks]);
+    snprintf(report->method, sizeof report->method, "%s", nmm_solve_method_name(solved->method));
+    snprintf(report->blocks, sizeof report->blocks, "%s", nmm_solve_blocks_name(solved->blocks));
     snprintf(report->precision, sizeof report->precision, "%s", precision_word[solved->precision]);
     snprintf(report->device, sizeof report->device, "%s", j->backend->name);
     snprintf(report->why, sizeof report->why, "%s", solved->why != NULL ? solved->why : "");

@@ -21,30 +21,29 @@ nmm_solve_options nmm_default_solve_options(void) {
     return (nmm_solve_options){.method = NMM_SOLVE_AUTO, .tolerance = 1e-8};
 }
 
+const char *const nmm_solve_method_word[] = {[NMM_SOLVE_AUTO] = "auto",
+                                             [NMM_SOLVE_JACOBI] = "jacobi",
+                                             [NMM_SOLVE_PCG] = "pcg",
+                                             [NMM_SOLVE_SOR] = "sor",
+                                             [NMM_SOLVE_GAUSS_SEIDEL] = "gauss-seidel",
+                                             [NMM_SOLVE_CHEBYSHEV] = "chebyshev",
+                                             [NMM_SOLVE_DIRECT] = "direct",
+                                             NULL};
+
+const char *const nmm_solve_blocks_word[] = {[NMM_BLOCKS_AUTO] = "auto",
+                                             [NMM_BLOCKS_COVER] = "cover",
+                                             [NMM_BLOCKS_CLUSTER] = "cluster",
+                                             [NMM_BLOCKS_BODY] = "body",
+                                             NULL};
+
 const char *nmm_solve_method_name(nmm_solve_method method) {
-    switch (method) {
-    case NMM_SOLVE_AUTO:
-        return "auto";
-    case NMM_SOLVE_JACOBI:
-        return "jacobi";
-    case NMM_SOLVE_PCG:
-        return "pcg";
-    case NMM_SOLVE_SOR:
-        return "sor";
-    case NMM_SOLVE_GAUSS_SEIDEL:
-        return "gauss_seidel";
-    case NMM_SOLVE_CHEBYSHEV:
-        return "chebyshev";
-    case NMM_SOLVE_DIRECT:
-        return "direct";
-    }
-    return "unknown";
+    const bool known = (int)method >= NMM_SOLVE_AUTO && (int)method <= NMM_SOLVE_DIRECT;
+    return known ? nmm_solve_method_word[method] : "unknown";
 }
 
 const char *nmm_solve_blocks_name(nmm_solve_blocks blocks) {
-    static const char *const name[] = {"auto", "cover", "cluster", "body"};
     const bool known = (int)blocks >= NMM_BLOCKS_AUTO && (int)blocks <= NMM_BLOCKS_BODY;
-    return known ? name[blocks] : "unknown";
+    return known ? nmm_solve_blocks_word[blocks] : "unknown";
 }
 
 const char *nmm_solve_end_name(nmm_solve_end end) {

@@ -74,41 +74,42 @@ static nmm_status open_contact(nmm_sim *sim) {
     return nmm_contact_open(&sim->context, &sim->model, &options, &sim->search);
 }
 
-static const char *name_of_method(nmm_method method) {
-    switch (method) {
-    case NMM_METHOD_JACOBI:
-        return "jacobi";
-    case NMM_METHOD_SOR:
-        return "sor";
-    case NMM_METHOD_GAUSS_SEIDEL:
-        return "gauss-seidel";
-    case NMM_METHOD_CHEBYSHEV:
-        return "chebyshev";
-    case NMM_METHOD_DIRECT:
-        return "direct";
-    default:
-        return "pcg";
+nmm_solve_method nmm_step_method(const nmm_sim *sim) {
+    static const nmm_solve_method method[] = {
+        [NMM_METHOD_AUTO] = NMM_SOLVE_AUTO,
+        [NMM_METHOD_JACOBI] = NMM_SOLVE_JACOBI,
+        [NMM_METHOD_PCG] = NMM_SOLVE_PCG,
+        [NMM_METHOD_SOR] = NMM_SOLVE_SOR,
+        [NMM_METHOD_GAUSS_SEIDEL] = NMM_SOLVE_GAUSS_SEIDEL,
+        [NMM_METHOD_CHEBYSHEV] = NMM_SOLVE_CHEBYSHEV,
+        [NMM_METHOD_DIRECT] = NMM_SOLVE_DIRECT,
+    };
+    const bool is_auto = sim->settings.method == NMM_METHOD_AUTO;
+    return is_auto && sim->comparable ? NMM_SOLVE_PCG : method[sim->settings.method];
+}
+
+nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
+                            const nmm_solve_backend **backend) {
+    *backend = nmm_solve_host();
+    if (device != NMM_DEVICE_TARGET) return NMM_OK;
+    *backend = nmm_solve_target();
+    if (*backend == NULL) {
+        return nmm_fail(context, NMM_ERROR_DEVICE,
+                        "no target device: this build of nmm has no offload backend");
     }
+    if (nmm_solve_target_devices() > 0) return NMM_OK;
+    return nmm_fail(context, NMM_ERROR_DEVICE,
+                    "no target device: the runtime ran a target region on the host");
 }
 
 static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
-    sim->backend = nmm_solve_host();
-    snprintf(sim->summary.method, sizeof sim->summary.method, "%s",
-             name_of_method(sim->settings.method));
-    snprintf(sim->summary.device, sizeof sim->summary.device, "host");
-    snprintf(sim->summary.precision, sizeof sim->summary.precision, "%s",
-             sim->settings.precision == NMM_SCENE_MIXED ? "mixed" : "double");
-    if (device != NMM_DEVICE_TARGET) return NMM_OK;
-    if (nmm_solve_target() == NULL) {
-        return nmm_fail(&sim->context, NMM_ERROR_DEVICE,
-                        "no target device: this build of nmm has no offload backend");
-    }
-    if (nmm_solve_target_devices() == 0) {
-        return nmm_fail(&sim->context, NMM_ERROR_DEVICE,
-                        "no target device: the runtime ran a target region on the host");
-    }
-    sim->backend = nmm_solve_target();
-    snprintf(sim->summary.device, sizeof sim->summary.device, "target");
+    TRY(nmm_step_backend(&sim->context, device, &sim->backend));
+    nmm_summary *summary = &sim->summary;
+    const bool mixed = sim->settings.precision == NMM_SCENE_MIXED;
+    snprintf(summary->method, sizeof summary->method, "%s",
+             nmm_solve_method_name(nmm_step_method(sim)));
+    snprintf(summary->device, sizeof summary->device, "%s", sim->backend->name);
+    snprintf(summary->precision, sizeof summary->precision, "%s", mixed ? "mixed" : "double");
     return NMM_OK;
 }
 

@@ -104,6 +104,13 @@ void nmm_sim_clock(nmm_sim *sim, double *phase);
 /// Sets sim->choices.
 nmm_status nmm_sim_describe(nmm_sim *sim);
 
+/// Method of the linear solver. A run that is to be compared keeps to what devices have as well.
+nmm_solve_method nmm_step_method(const nmm_sim *sim);
+
+/// The backend for a device. NMM_ERROR_DEVICE: there is no such device.
+nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
+                            const nmm_solve_backend **backend);
+
 /// Try one step of length h from the saved start: the open-close loop.
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome);
 

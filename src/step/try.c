@@ -78,15 +78,6 @@ static double unbalance_allowed(const nmm_sim *sim, double h) {
 
 static nmm_solve_options solve_options(const nmm_sim *sim, double h, int pass) {
     const nmm_scene_settings *settings = &sim->settings;
-    static const nmm_solve_method method[] = {
-        [NMM_METHOD_AUTO] = NMM_SOLVE_AUTO,
-        [NMM_METHOD_JACOBI] = NMM_SOLVE_JACOBI,
-        [NMM_METHOD_PCG] = NMM_SOLVE_PCG,
-        [NMM_METHOD_SOR] = NMM_SOLVE_SOR,
-        [NMM_METHOD_GAUSS_SEIDEL] = NMM_SOLVE_GAUSS_SEIDEL,
-        [NMM_METHOD_CHEBYSHEV] = NMM_SOLVE_CHEBYSHEV,
-        [NMM_METHOD_DIRECT] = NMM_SOLVE_DIRECT,
-    };
     static const nmm_solve_blocks blocks[] = {
         [NMM_SCENE_BLOCKS_AUTO] = NMM_BLOCKS_AUTO,
         [NMM_SCENE_BLOCKS_COVER] = NMM_BLOCKS_COVER,
@@ -94,7 +85,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, double h, int pass) {
         [NMM_SCENE_BLOCKS_BODY] = NMM_BLOCKS_BODY,
     };
     return (nmm_solve_options){
-        .method = method[settings->method],
+        .method = nmm_step_method(sim),
         .blocks = blocks[settings->blocks],
         .precision =
             settings->precision == NMM_SCENE_MIXED ? NMM_PRECISION_MIXED : NMM_PRECISION_DOUBLE,

@@ -208,25 +208,11 @@ static void test_sorted(void **unused) {
 
 // --- Memory
 
-typedef struct failing {
-    long left; // calls that still succeed
-} failing;
-
-static void *failing_hook(void *user, void *old, size_t size) {
-    failing *f = user;
-    if (size == 0) {
-        free(old);
-        return NULL;
-    }
-    if (f->left-- <= 0) return NULL;
-    return realloc(old, size);
-}
-
-static nmm_status whole_life(failing *f, long *n_live) {
+static nmm_status whole_life(test_failing *f, long *n_live) {
     static heap h;
     nmm_random random = nmm_random_seed(11);
     make_heap(&h, 40, &random);
-    bodies b = {.context = {.n_thread = 1, .allocate = failing_hook, .user = f}};
+    bodies b = {.context = {.n_thread = 1, .allocate = test_failing_hook, .user = f}};
     nmm_status status = bodies_open(&b, h.n, h.loops, 0.3);
     for (int k = 0; k < 3 && status == NMM_OK; k++) {
         status = nmm_contact_find(&b.context, b.search, &b.model, &b.state, 0.02 * (1 + k));
@@ -245,7 +231,7 @@ static void test_allocation_failures(void **unused) {
     long n_live = 0;
     int failures = 0;
     for (;; failures++) {
-        failing f = {failures};
+        test_failing f = {0, failures};
         const nmm_status status = whole_life(&f, &n_live);
         assert_int_equal(n_live, 0);
         if (status == NMM_OK) break;

@@ -70,25 +70,12 @@ static void test_serial_methods(void **state) {
     assert_int_equal(context.n_live, 0);
 }
 
-typedef struct failing {
-    long calls, fail_at;
-} failing;
-
-static void *failing_hook(void *user, void *old, size_t size) {
-    failing *hook = user;
-    if (size == 0) {
-        free(old);
-        return NULL;
-    }
-    return hook->calls++ == hook->fail_at ? NULL : realloc(old, size);
-}
-
 static void test_no_memory(void **state) {
     (void)state;
     if (nmm_solve_target_devices() == 0) skip();
     for (long at = 0;; at++) {
-        failing hook = {0, at};
-        nmm_context context = {.n_thread = 1, .allocate = failing_hook, .user = &hook};
+        test_failing hook = {0, at};
+        nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
         nmm_solver *solver = NULL;
         const nmm_status status = nmm_solve_target()->open(&context, &solver, 50, 500);
         if (status == NMM_OK) {

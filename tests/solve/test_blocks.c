@@ -8,8 +8,6 @@
 #include "systems.h"
 #include "test.h"
 
-#include <stdlib.h>
-
 // A method, blocks and precision; jacobi, chebyshev and pcg.
 typedef struct choice {
     nmm_solve_method method;
@@ -523,19 +521,6 @@ static void test_misleading_hints(void **state) {
 
 // --- Memory
 
-typedef struct failing {
-    long calls, fail_at;
-} failing;
-
-static void *failing_hook(void *user, void *old, size_t size) {
-    failing *hook = user;
-    if (size == 0) {
-        free(old);
-        return NULL;
-    }
-    return hook->calls++ == hook->fail_at ? NULL : realloc(old, size);
-}
-
 // Memory that fails at call 0, 1, 2, ... of a solve: told, nothing lost, the next solve is right.
 static void test_no_memory(void **state) {
     (void)state;
@@ -547,12 +532,12 @@ static void test_no_memory(void **state) {
         assert_int_equal(solve_with(&x, choice_of(k)), NMM_OK);
         memcpy(x.exact, x.u, size);
         for (long at = 0; at < 100; at++) {
-            failing hook = {0, -1};
-            nmm_context context = {.n_thread = 1, .allocate = failing_hook, .user = &hook};
+            test_failing hook = {0, -1};
+            nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
             nmm_solver *solver = NULL;
             assert_int_equal(nmm_solve_host()->open(&context, &solver, 96, x.system.n_block),
                              NMM_OK);
-            hook = (failing){0, at};
+            hook = (test_failing){0, at};
             memset(x.u, 0, size);
             nmm_status status = nmm_solve_host()->solve(&context, solver, &x.system.K, x.system.f,
                                                         x.u, false, &x.options, &x.report);

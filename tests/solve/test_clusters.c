@@ -8,8 +8,6 @@
 #include "systems.h"
 #include "test.h"
 
-#include <stdlib.h>
-
 #define DENSE ((long)NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS)
 
 // A system, its clusters, and what is made from them.
@@ -454,27 +452,18 @@ static void test_keep(void **state) {
 
 // --- Memory
 
-static void *failing_hook(void *user, void *old, size_t size) {
-    long *left = user;
-    if (size == 0) {
-        free(old);
-        return NULL;
-    }
-    return (*left)-- == 0 ? NULL : realloc(old, size);
-}
-
 static void test_no_memory(void **state) {
     (void)state;
     int failures = 0;
     for (long at = 0;; at++) {
-        long left = at;
-        nmm_context context = {.n_thread = 1, .allocate = failing_hook, .user = &left};
+        test_failing hook = {0, at};
+        nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
         nmm_clusters clusters = {0};
         nmm_status status = nmm_clusters_reserve(&context, &clusters, 30, 200);
         failures += status != NMM_OK;
         if (status != NMM_OK) assert_int_equal(status, NMM_ERROR_MEMORY);
         // Once more from where it failed, then larger.
-        left = 1000;
+        hook.fail_at = -1;
         nmm_context_clear(&context);
         assert_int_equal(nmm_clusters_reserve(&context, &clusters, 30, 200), NMM_OK);
         const long calls = context.n_call;

@@ -8,8 +8,6 @@
 #include "systems.h"
 #include "test.h"
 
-#include <stdlib.h>
-
 // The solve is one of the kernels' texts; these are the words it is written in.
 typedef double wide_lanes __attribute__((vector_size(32)));
 typedef float lanes_narrow __attribute__((vector_size(16)));
@@ -430,29 +428,20 @@ static void test_same_bits(void **state) {
     tear_down(&x);
 }
 
-static void *failing_hook(void *user, void *old, size_t size) {
-    long *left = user;
-    if (size == 0) {
-        free(old);
-        return NULL;
-    }
-    return (*left)-- == 0 ? NULL : realloc(old, size);
-}
-
 static void test_no_memory(void **state) {
     (void)state;
     fixture x;
     set_up_wall(&x, 3, 2, 3, 1);
     int failures = 0;
     for (long at = 0; at == failures; at++) {
-        long left = at;
-        nmm_context context = {.n_thread = 1, .allocate = failing_hook, .user = &left};
+        test_failing hook = {0, at};
+        nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
         nmm_coarse coarse = {0};
         const nmm_status status = nmm_coarse_divide(&context, &coarse, &x.source);
         failures += status != NMM_OK;
         if (status != NMM_OK) assert_int_equal(status, NMM_ERROR_MEMORY);
         // Once more with what is left of it.
-        left = 1000;
+        hook.fail_at = -1;
         nmm_context_clear(&context);
         assert_int_equal(nmm_coarse_divide(&context, &coarse, &x.source), NMM_OK);
         nmm_coarse_destroy(&context, &coarse);

@@ -6,8 +6,6 @@
 #include "systems.h"
 #include "test.h"
 
-#include <stdlib.h>
-
 typedef struct fixture {
     nmm_context context;
     test_system system;
@@ -476,19 +474,6 @@ static void test_threads(void **state) {
 
 // --- Memory
 
-typedef struct failing {
-    long calls, fail_at;
-} failing;
-
-static void *failing_hook(void *user, void *old, size_t size) {
-    failing *hook = user;
-    if (size == 0) {
-        free(old);
-        return NULL;
-    }
-    return hook->calls++ == hook->fail_at ? NULL : realloc(old, size);
-}
-
 static void test_no_memory(void **state) {
     (void)state;
     int failures = 0;
@@ -496,8 +481,8 @@ static void test_no_memory(void **state) {
         fixture x;
         set_up_rock(&x, 2, 2, 1);
         nmm_context own = x.context;
-        failing hook = {0, at};
-        x.context.allocate = failing_hook;
+        test_failing hook = {0, at};
+        x.context.allocate = test_failing_hook;
         x.context.user = &hook;
         const nmm_status status = try_solve(&x);
         x.context.allocate = own.allocate;

@@ -6,8 +6,6 @@
 #include "systems.h"
 #include "test.h"
 
-#include <stdlib.h>
-
 static const nmm_solve_method methods[] = {NMM_SOLVE_JACOBI, NMM_SOLVE_PCG, NMM_SOLVE_SOR,
                                            NMM_SOLVE_GAUSS_SEIDEL, NMM_SOLVE_DIRECT};
 #define N_METHOD 5
@@ -314,25 +312,12 @@ static void test_larger_than_opened(void **state) {
     tear_down(&x);
 }
 
-typedef struct failing {
-    long calls, fail_at;
-} failing;
-
-static void *failing_hook(void *user, void *old, size_t size) {
-    failing *hook = user;
-    if (size == 0) {
-        free(old);
-        return NULL;
-    }
-    return hook->calls++ == hook->fail_at ? NULL : realloc(old, size);
-}
-
 static void test_no_memory(void **state) {
     (void)state;
     int failures = 0;
     for (long at = 0;; at++) {
-        failing hook = {0, at};
-        nmm_context context = {.n_thread = 1, .allocate = failing_hook, .user = &hook};
+        test_failing hook = {0, at};
+        nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
         nmm_solver *solver = NULL;
         const nmm_status status = nmm_solve_host()->open(&context, &solver, 50, 500);
         if (status == NMM_OK) {
