@@ -7,6 +7,7 @@
 
 #include "contact.h"
 #include "cover.h"
+#include "mixing.h"
 #include "scene.h"
 #include "solve.h"
 #include "system.h"
@@ -64,6 +65,8 @@ struct nmm_sim {
 
     // Displacement of the step by itself: end minus start would lose its digits in short steps.
     double *moved; // [n_cover][2]
+
+    nmm_mixing mixing; // of the passes; open where there is contact
 
     double speed; // [m/s] largest motion of a point in the last step
 

@@ -382,6 +382,28 @@ static void go_along(nmm_sim *sim, passes *p, const nmm_step_state *step) {
 
 // --- The loop
 
+// Passes that differ by friction alone: the last one changed no mode, and if it was mixed, it
+// gained.
+static bool may_mix(const passes *p) {
+    return p->n >= 2 && p->verdict.n_sliding > 0 && count_flips(&p->verdict) == 0;
+}
+
+// Go the mixed change instead; where that leaves more than there was, the change as it is stays to
+// be gone.
+static bool go_mixed(nmm_sim *sim, passes *p, const nmm_step_state *step) {
+    nmm_mixing *mixing = &sim->mixing;
+    const bool mixed =
+        sim->search != NULL &&
+        nmm_mixing_take(mixing, sim->moved, sim->system.change, may_mix(p), sim->context.n_thread);
+    if (!mixed) return false;
+    go_further(sim, p, step, 1);
+    if (unbalance(sim) < p->unbalance[p->n]) return true;
+    apply_change(sim, -1);
+    memcpy(sim->system.change, mixing->change, (size_t)mixing->n * sizeof(double));
+    nmm_mixing_reset(mixing);
+    return false;
+}
+
 // One linear solve, applied; leaves the residual there. *outcome says when the solve missed its
 // tolerance or the step went too far.
 static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
@@ -398,7 +420,7 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
         *outcome = NMM_TRY_SOLVER;
         return NMM_OK;
     }
-    go_along(sim, p, step);
+    if (!go_mixed(sim, p, step)) go_along(sim, p, step);
     p->n += 1;
     sim->report.passes += 1;
     sim->summary.open_close_iterations += 1;
@@ -420,6 +442,7 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     passes p = {.drift_allowed = drift_allowed(sim, h)};
     sim->report.passes = 0;
     *outcome = NMM_TRY_SETTLED;
+    nmm_mixing_reset(&sim->mixing);
     restore_start(sim);
     begin_move(sim, step.end);
     nmm_system_load(&sim->system, &sim->model, step.end);
