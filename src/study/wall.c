@@ -12,6 +12,15 @@
 
 #define COVERS "{mesh: block}"
 
+/// Balance of forces that ends a step: as it comes, and about what is left where a step ends as
+/// soon as no contact changes its mode, which is all that other programs of the method ask for.
+static const struct {
+    double tolerance;
+    const char *setting, *name;
+} balance[] = {{1e-6, "analysis.tolerance=1e-6", "ours"},
+               {1e-3, "analysis.tolerance=1e-3", "ours, balance 1e-3"}};
+enum { N_BALANCE = sizeof balance / sizeof *balance };
+
 /// Steps in all; those that growth is fitted to; from which size on.
 enum { STEPS = 100, FIRST_STEPS = 10, FIRST_STEPS_QUICK = 2, LARGEST = 200, FITTED_FROM = 200 };
 
@@ -26,6 +35,7 @@ enum {
     UNKNOWNS,
     CONTACTS,
     THREADS,
+    BALANCE,
     STEPS_DONE,
     STEP,
     FIRST,
@@ -33,6 +43,7 @@ enum {
     ASSEMBLY,
     SOLVER,
     REST,
+    PASSES,
     PUBLIC,
     PART,
     CUTS,
@@ -45,6 +56,7 @@ static const nmm_bench_column columns[] = {
     [UNKNOWNS] = {"unknowns", "unknowns", "", 0, 0},
     [CONTACTS] = {"contacts", "contacts", "", 0, 0},
     [THREADS] = {"threads", "threads", "", 0, 0},
+    [BALANCE] = {"balance", "balance", "", 0, 1},
     [STEPS_DONE] = {"steps", "steps", "", 0, 0},
     [STEP] = {"step_ms", "a step", "ms", 0, 3},
     [FIRST] = {"first_steps_ms", "first steps", "ms", 0, 3},
@@ -52,6 +64,7 @@ static const nmm_bench_column columns[] = {
     [ASSEMBLY] = {"assembly_ms", "assembly", "ms", 0, 3},
     [SOLVER] = {"solver_ms", "solver", "ms", 0, 3},
     [REST] = {"rest_ms", "rest", "ms", 0, 3},
+    [PASSES] = {"passes", "passes", "", 0, 2},
     [PUBLIC] = {"public_dda_ms", "public DDA", "ms", 0, 3},
     [PART] = {"part_of_public_dda", "part of it", "", 0, 2},
     [CUTS] = {"cuts", "cuts", "", 0, 0},
@@ -59,7 +72,8 @@ static const nmm_bench_column columns[] = {
     [N_COLUMN] = {0},
 };
 
-static nmm_status write_row(nmm_bench *bench, nmm_sim *sim, int k, const nmm_bench_timing run[2]) {
+static nmm_status write_row(nmm_bench *bench, nmm_sim *sim, int k, int b,
+                            const nmm_bench_timing run[2]) {
     nmm_summary summary;
     const char *device = NULL;
     nmm_sim_summary(sim, &summary);
@@ -70,6 +84,8 @@ static nmm_status write_row(nmm_bench *bench, nmm_sim *sim, int k, const nmm_ben
     nmm_bench_set(bench, UNKNOWNS, summary.unknowns);
     nmm_bench_set(bench, CONTACTS, summary.contacts);
     nmm_bench_set(bench, THREADS, sim->context.n_thread);
+    nmm_bench_set(bench, BALANCE, balance[b].tolerance);
+    nmm_bench_set(bench, PASSES, (double)summary.open_close_iterations / (double)summary.steps);
     nmm_bench_set(bench, STEPS_DONE, steps);
     nmm_bench_set(bench, STEP, ms);
     nmm_bench_set(bench, FIRST, 1e3 * run[0].seconds / first);
@@ -94,10 +110,14 @@ static nmm_status write_row(nmm_bench *bench, nmm_sim *sim, int k, const nmm_ben
     return NMM_OK;
 }
 
-static nmm_status measure_wall(nmm_bench *bench, int k, int n_thread) {
+static nmm_status measure_wall(nmm_bench *bench, int k, int b, int n_thread) {
     const int side = wall[k].side, first = bench->def.quick ? FIRST_STEPS_QUICK : FIRST_STEPS;
     const bool is_short = bench->def.quick || side == LARGEST;
-    nmm_bench_source source = {.path = "wall", .n_thread = n_thread, .device = NMM_DEVICE_HOST};
+    nmm_bench_source source = {.path = "wall",
+                               .n_thread = n_thread,
+                               .device = NMM_DEVICE_HOST,
+                               .n_override = 1,
+                               .override = {balance[b].setting}};
     nmm_bench_timing run[2];
     nmm_sim *sim = NULL;
     if (bench->def.device == NMM_DEVICE_TARGET) source.device = NMM_DEVICE_TARGET;
@@ -109,14 +129,15 @@ static nmm_status measure_wall(nmm_bench *bench, int k, int n_thread) {
         const nmm_bench_limit limit = {.steps = is_short ? first + 1 : STEPS};
         status = nmm_bench_steps(bench, sim, limit, &run[1]);
     }
-    if (status == NMM_OK) status = write_row(bench, sim, k, run);
+    if (status == NMM_OK) status = write_row(bench, sim, k, b, run);
     nmm_bench_close(&sim);
     return status;
 }
 
 static nmm_status conclude(nmm_bench *bench) {
     for (int i = 0; i < bench->n_thread && bench->n_row > 0; i++) {
-        const nmm_bench_filter filter[2] = {{THREADS, NULL, bench->thread[i]}, {0}};
+        const nmm_bench_filter filter[2] = {{THREADS, NULL, bench->thread[i]},
+                                            {BALANCE, NULL, balance[0].tolerance}};
         nmm_chart_series first = {0};
         TRY(nmm_bench_series(bench, &first, BLOCKS, FIRST, filter));
         if (!isfinite(nmm_bench_exponent(&first, FITTED_FROM))) continue;
@@ -134,26 +155,29 @@ static nmm_status measure(nmm_bench *bench) {
     // The figures to compare with are those of one core.
     if (bench->def.n_thread == 0) bench->n_thread = 1;
     for (int k = 0; k < n; k++) {
-        for (int i = 0; i < bench->n_thread; i++) {
+        for (int i = 0; i < N_BALANCE * bench->n_thread; i++) {
+            const int n_thread = bench->thread[i / N_BALANCE];
             if (!nmm_bench_goes_on(bench, "wall: %d x %d bricks, %d threads", wall[k].side,
-                                   wall[k].side, bench->thread[i]))
+                                   wall[k].side, n_thread))
                 return conclude(bench);
-            TRY(measure_wall(bench, k, bench->thread[i]));
+            TRY(measure_wall(bench, k, i % N_BALANCE, n_thread));
         }
     }
     return conclude(bench);
 }
 
 static nmm_status draw(nmm_bench *bench, const char *path) {
-    nmm_chart_series series[NMM_BENCH_THREADS + 2] = {{0}};
+    nmm_chart_series series[N_BALANCE * NMM_BENCH_THREADS + 2] = {{0}};
     int n = 0;
     TRY(nmm_bench_series(bench, &series[n], BLOCKS, PUBLIC, NULL));
     series[n++].name = "a public DDA, one core";
-    for (int i = 0; i < bench->n_thread; i++) {
-        const nmm_bench_filter filter[2] = {{THREADS, NULL, bench->thread[i]}, {0}};
+    for (int i = 0; i < N_BALANCE * bench->n_thread; i++) {
+        const int n_thread = bench->thread[i / N_BALANCE];
+        const nmm_bench_filter filter[2] = {{THREADS, NULL, n_thread},
+                                            {BALANCE, NULL, balance[i % N_BALANCE].tolerance}};
         TRY(nmm_bench_series(bench, &series[n], BLOCKS, STEP, filter));
-        TRY(nmm_bench_words(bench, &series[n++].name, "ours, %d thread%s", bench->thread[i],
-                            bench->thread[i] > 1 ? "s" : ""));
+        TRY(nmm_bench_words(bench, &series[n++].name, "%s, %d thread%s",
+                            balance[i % N_BALANCE].name, n_thread, n_thread > 1 ? "s" : ""));
     }
     const double y0 = nmm_bench_number(bench, 0, STEP);
     const double x[2] = {19, 190000}, y[2] = {y0, 1e4 * y0};

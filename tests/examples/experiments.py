@@ -112,11 +112,13 @@ def show_contact(result):
 
 
 def show_wall(result):
-    keys = ("blocks", "unknowns", "contacts", "steps", "step_ms", "first_steps_ms", "contact_ms",
-            "assembly_ms", "solver_ms", "public_dda_ms", "part_of_public_dda")
-    return table(["blocks", "unknowns", "contacts", "steps", "ms a step", "of the first steps",
-                  "contact", "assembly", "solver", "public DDA", "part of it"],
-                 [[number(r[k]) for k in keys] for r in result["rows"]])
+    keys = ("blocks", "unknowns", "contacts", "steps", "passes", "step_ms", "first_steps_ms",
+            "contact_ms", "assembly_ms", "solver_ms", "public_dda_ms", "part_of_public_dda")
+    return table(["blocks", "unknowns", "contacts", "balance", "steps", "passes", "ms a step",
+                  "of the first steps", "contact", "assembly", "solver", "public DDA",
+                  "part of it"],
+                 [[*(number(r[k]) for k in keys[:3]), f"{r['balance']:.0e}",
+                   *(number(r[k]) for k in keys[3:])] for r in result["rows"]])
 
 
 def show_growth(result):
