@@ -192,7 +192,7 @@ static void walls_are_measured(void **unused) {
             if (row == 0) continue;
             const double before = number(bench, row - 1, "blocks");
             // The wall is measured twice at each size.
-            const bool again = b == 2 || (b == 1 && row % 2 == 1);
+            const int again = b == 2 || (b == 1 && row % 2 == 1);
             assert_true(number(bench, row, "blocks") > before || again);
         }
         nmm_bench_destroy(bench);
