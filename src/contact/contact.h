@@ -21,6 +21,7 @@ typedef struct nmm_contact_options {
 typedef struct nmm_contact_verdict {
     int n_opened, n_closed; // against the modes before the evaluation
     int n_slipped, n_stuck;
+    int n_sliding;      // contacts that slide now
     int worst;          // contact that changed mode with the largest force, -1: none
     double penetration; // [m] largest overlap
     uint64_t modes;     // hash of all modes: the same twice in one step is a circle
@@ -62,6 +63,11 @@ nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const
 /// has neither resultant nor moment.
 nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
                                    const nmm_contact *contact);
+
+/// Forces of the contact at state->position: pull[3][2] [N] on the vertex, on the start and on the
+/// end of the edge. With the weights of the covers there the same as the row times the forces.
+void nmm_contact_pull(const nmm_model *model, const nmm_state *state, const nmm_contact *contact,
+                      double pull[6]);
 
 /// Forces balance: bonds loaded beyond their strength break in this step, the most loaded ones
 /// first. Returns how many; then the passes go on.

@@ -67,6 +67,23 @@ nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *stat
     return row;
 }
 
+void nmm_contact_pull(const nmm_model *model, const nmm_state *state, const nmm_contact *contact,
+                      double pull[6]) {
+    const nmm_edge_line e = nmm_edge_line_of(model, state, contact->edge);
+    const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, contact->vertex), e.p);
+    const double N = contact->normal_force, T = contact->shear_force, scale = 1 / e.length;
+    const double a = scale * nmm_vec2_dot(e.t, off), b = contact->anchor;
+    // The couple of the shear force about the edge, by normal forces at its ends.
+    const double turn = scale * nmm_vec2_dot(e.n, off) * T;
+    const double n1 = -(1 - a) * N - turn, n2 = turn - a * N, t1 = -(1 - b) * T, t2 = -b * T;
+    pull[0] = N * e.n.x + T * e.t.x;
+    pull[1] = N * e.n.y + T * e.t.y;
+    pull[2] = n1 * e.n.x + t1 * e.t.x;
+    pull[3] = n1 * e.n.y + t1 * e.t.y;
+    pull[4] = n2 * e.n.x + t2 * e.t.x;
+    pull[5] = n2 * e.n.y + t2 * e.t.y;
+}
+
 // --- Law
 
 static double energy_of(const nmm_contact *c, double N, double T) {
@@ -174,6 +191,7 @@ nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const
         if (c->mode != NMM_CONTACT_OPEN) {
             verdict.penetration = nmm_max(verdict.penetration, -c->gap);
         }
+        verdict.n_sliding += c->mode == NMM_CONTACT_SLIDE;
         if (c->mode == c->mode_before) continue;
         count_change(&verdict, c->mode_before, c->mode);
         const double force = fabs(c->normal_force) + fabs(c->shear_force);

@@ -73,6 +73,20 @@ nmm_tensor nmm_piola_of(nmm_elastic elastic, const nmm_strain *strain, const dou
     };
 }
 
+void nmm_element_pull(const nmm_model *model, nmm_elastic elastic, const double initial[3], int e,
+                      const double d[6], double piola[4], double force[6]) {
+    const double *gradient = model->element_gradient + 6 * (long)e;
+    const nmm_strain strain = nmm_strain_of(d, gradient);
+    const nmm_tensor P = nmm_piola_of(elastic, &strain, initial);
+    const double area = model->element_area[e];
+    piola[0] = P.xx, piola[1] = P.xy, piola[2] = P.yx, piola[3] = P.yy;
+    for (int i = 0; i < 3; i++) {
+        const double gx = area * gradient[2 * i], gy = area * gradient[2 * i + 1];
+        force[2 * i] = P.xx * gx + P.xy * gy;
+        force[2 * i + 1] = P.yx * gx + P.yy * gy;
+    }
+}
+
 double nmm_strain_energy_of(nmm_elastic elastic, const nmm_strain *strain,
                             const double initial[3]) {
     const double x = strain->exx, y = strain->eyy, xy = strain->exy;
@@ -104,15 +118,6 @@ nmm_stiffness nmm_stiffness_of(nmm_elastic elastic, const nmm_strain *strain, do
         k.q[i][1] = strain->s * gx + strain->c * gy;
     }
     return k;
-}
-
-void nmm_stiffness_add(const nmm_stiffness *k, int i, int j, double block[4]) {
-    const double *a = k->q[i], *b = k->q[j];
-    const double diagonal = k->shear * (a[0] * b[0] + a[1] * b[1]);
-    block[0] += diagonal + k->bulk * a[0] * b[0] + k->turn * a[1] * b[1];
-    block[1] += k->bulk * a[0] * b[1] - k->turn * a[1] * b[0];
-    block[2] += k->bulk * a[1] * b[0] - k->turn * a[0] * b[1];
-    block[3] += diagonal + k->bulk * a[1] * b[1] + k->turn * a[0] * b[0];
 }
 
 void nmm_mass_of(double density, double area, const double moment[3], const double weight[3],

@@ -47,6 +47,11 @@ double nmm_strain_energy_of(nmm_elastic elastic, const nmm_strain *strain, const
 /// Cauchy stress P F^T / det F along the fixed axes: stress[3] = xx, yy, xy.
 void nmm_cauchy_of(const nmm_strain *strain, nmm_tensor piola, double stress[3]);
 
+/// Piola stress of element e at the displacements d[3][2] of its covers, and the inner forces on
+/// them, force[3][2] [N].
+void nmm_element_pull(const nmm_model *model, nmm_elastic elastic, const double initial[3], int e,
+                      const double d[6], double piola[4], double force[6]);
+
 /// What the stiffness of an element needs, computed once per pass, eq. (3.10): K_ij of the element
 /// is  a (g_i . g_j) I + b q_i q_j^T + t p_i p_j^T  with q_i = R g_i, p_i = q_i turned by 90
 /// degrees.
@@ -58,7 +63,14 @@ nmm_stiffness nmm_stiffness_of(nmm_elastic elastic, const nmm_strain *strain, do
                                double area, const double gradient[6]);
 
 /// Adds block (i, j) [2][2] of the stiffness to `block` [N/m].
-void nmm_stiffness_add(const nmm_stiffness *stiffness, int i, int j, double block[4]);
+static inline void nmm_stiffness_add(const nmm_stiffness *k, int i, int j, double block[4]) {
+    const double *a = k->q[i], *b = k->q[j];
+    const double diagonal = k->shear * (a[0] * b[0] + a[1] * b[1]);
+    block[0] += diagonal + k->bulk * a[0] * b[0] + k->turn * a[1] * b[1];
+    block[1] += k->bulk * a[0] * b[1] - k->turn * a[1] * b[0];
+    block[2] += k->bulk * a[1] * b[0] - k->turn * a[0] * b[1];
+    block[3] += diagonal + k->bulk * a[1] * b[1] + k->turn * a[0] * b[0];
+}
 
 /// Consistent mass of an element [kg]: m[6] = 00, 01, 02, 11, 12, 22; eq. (3.12). Scalar: the
 /// block is m I.

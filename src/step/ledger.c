@@ -97,16 +97,8 @@ static double support_energy(const nmm_sim *sim) {
 
 double nmm_ledger_contact_work(const nmm_sim *sim) {
     double sum = 0;
-    for (int k = 0; k < sim->state.n_contact; k++) {
-        const nmm_contact *contact = &sim->state.contact[k];
-        if (contact->mode == NMM_CONTACT_OPEN) continue;
-        const nmm_contact_row *row = &sim->system.row[k];
-        for (int i = 0; i < 12; i++) {
-            const double force = contact->normal_force * row->normal[i / 2][i % 2] +
-                                 contact->shear_force * row->shear[i / 2][i % 2];
-            sum += force * sim->moved[2 * row->cover[i / 2] + i % 2];
-        }
-    }
+    for (int i = 0; i < 2 * sim->model.n_cover; i++)
+        sum += sim->system.contact_force[i] * sim->moved[i];
     return sum;
 }
 

@@ -15,6 +15,9 @@
 /// may be left.
 #define NMM_OVERSHOOT 0.3
 
+/// How far covers may go at most, as a part of their size, before all of the matrix is made anew.
+#define NMM_DRIFT 1e-3
+
 /// Limits of one step.
 enum {
     NMM_MAX_PASS = 40,  // open-close passes of one try

@@ -71,12 +71,8 @@ static double unbalance_allowed(const nmm_sim *sim, double h) {
         sum += x * x + y * y;
     }
     // A gap is a difference of places.
-    for (int k = 0; k < sim->state.n_contact; k++) {
-        const nmm_contact *contact = &sim->state.contact[k];
-        if (contact->mode == NMM_CONTACT_OPEN) continue;
-        const double place = contact->normal_stiffness * sim->model.height;
-        sum += place * place;
-    }
+    const double place = sim->system.contact_stiffness * sim->model.height;
+    sum += place * place;
     return sim->settings.tolerance * sim->system.force_scale + DBL_EPSILON * sqrt(sum);
 }
 
@@ -145,9 +141,10 @@ static void count_solve(nmm_summary *summary, const nmm_solve_report *report) {
     summary->on_device |= report->on_device;
 }
 
-static nmm_status solve_pass(nmm_sim *sim, double h, int pass, nmm_solve_report *report) {
+static nmm_status solve_pass(nmm_sim *sim, double h, int pass, bool anew,
+                             nmm_solve_report *report) {
     nmm_system *system = &sim->system;
-    nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h);
+    nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     TRY(open_solver(sim));
     guess_change(sim, h, pass);
@@ -167,6 +164,14 @@ static void apply_change(nmm_sim *sim, double part) {
         sim->moved[i] += part * sim->system.change[i];
         sim->state.displacement[i] = sim->start_displacement[i] + sim->moved[i];
     }
+}
+
+// Largest component of the change of a cover.
+static double largest_change(const nmm_sim *sim) {
+    double largest = 0;
+    for (int i = 0; i < 2 * sim->model.n_cover; i++)
+        largest = nmm_max(largest, fabs(sim->system.change[i]));
+    return largest;
 }
 
 // Largest displacement of a point in this step over the allowed one; NaN counts as infinite.
@@ -223,15 +228,33 @@ static void group_errors(nmm_sim *sim, double end) {
     }
 }
 
+// Youngs modulus over density, the square of a wave's speed, [m2/s2]: smallest and largest.
+static void wave_squares(const nmm_sim *sim, double *slowest, double *fastest) {
+    *slowest = INFINITY, *fastest = 0;
+    for (int m = 0; m < sim->model.n_material; m++) {
+        const nmm_material *material = &sim->model.material[m];
+        const double square = material->youngs_modulus / material->density;
+        *slowest = nmm_min(*slowest, square);
+        *fastest = nmm_max(*fastest, square);
+    }
+}
+
 // Is the step long against the time a wave takes through a cover? Only then are the points beside a
 // support at rest when it is put back; in a short step that would be a kick of 2 e / h.
 static bool is_slow(const nmm_sim *sim, double h) {
-    double slowest = INFINITY;
-    for (int m = 0; m < sim->model.n_material; m++) {
-        const nmm_material *material = &sim->model.material[m];
-        slowest = nmm_min(slowest, material->youngs_modulus / material->density);
-    }
+    double slowest, fastest;
+    wave_squares(sim, &slowest, &fastest);
     return h * h * slowest > 40 * sim->model.size * sim->model.size;
+}
+
+// How far covers may go before all of the matrix is made anew. A turn by d leaves the part d of the
+// unbalanced forces; and against a further turn a stiffness of d^2 E where there is none, next to
+// the inertia.
+static double drift_allowed(const nmm_sim *sim, double h) {
+    double slowest, fastest;
+    wave_squares(sim, &slowest, &fastest);
+    const double wave = h * sqrt(fastest) / sim->model.size;
+    return sim->model.size * nmm_min(NMM_DRIFT, 10 * NMM_DRIFT / wave);
 }
 
 // Raise the carried forces of supports, eq. (4.7), and of augmented contacts that gave way;
@@ -289,6 +312,8 @@ static const char *name_of_end(nmm_solve_end end) {
 typedef struct passes {
     double unbalance[NMM_MAX_PASS + 1]; // [N] after pass k
     int n, raised;
+    double drift; // [m] bound of how far the covers have gone since the matrix was made anew
+    double drift_allowed; // [m]
     nmm_contact_verdict verdict;
 } passes;
 
@@ -370,7 +395,11 @@ static void go_along(nmm_sim *sim, passes *p, const nmm_step_state *step) {
 // tolerance or the step went too far.
 static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
     nmm_solve_report solved = {0};
-    TRY(solve_pass(sim, step->h, p->n, &solved));
+    // Without sliding the matrix is the exact derivative: a fresh one gains digits by the square.
+    const bool exact = p->verdict.n_sliding == 0;
+    const bool anew = p->n == 0 || exact || p->drift > p->drift_allowed;
+    TRY(solve_pass(sim, step->h, p->n, anew, &solved));
+    p->drift = (anew ? 0 : p->drift) + largest_change(sim);
     if (solved.end != NMM_SOLVE_CONVERGED) {
         snprintf(sim->report.reason, sizeof sim->report.reason,
                  "the solver %s (%d iterations, relative residual %.2g)", name_of_end(solved.end),
@@ -397,7 +426,7 @@ static void look_again(nmm_sim *sim, passes *p, const nmm_step_state *step) {
 
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     const nmm_step_state step = {h, sim->state.time + h, sim->moved};
-    passes p = {0};
+    passes p = {.drift_allowed = drift_allowed(sim, h)};
     sim->report.passes = 0;
     *outcome = NMM_TRY_SETTLED;
     restore_start(sim);

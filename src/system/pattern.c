@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Sparsity: covers that share an element, a constant pattern, merged with covers that share a
-// contact. `place` and `contact_slot` say where each contribution goes, so that the assembly needs
-// no search. Both halves are stored and columns ascend.
+// Sparsity: covers that share an element, a constant pattern, merged with covers whose elements
+// share a contact. `place` and the slots of the couples say where each contribution goes, so that
+// the assembly needs no search. Both halves are stored and columns ascend.
 
 #include "system.h"
 
@@ -88,29 +88,80 @@ static void build_mass(nmm_system *system, const nmm_model *model, bool lumped) 
             for (int j = i; j < 3 && lumped; j++)
                 m[nmm_mass_index(i, j)] = i == j ? row : 0;
         }
+        for (int k = 0; k < 9; k++) {
+            const int slot = system->base_slot[9 * (long)e + k];
+            system->base_mass[slot] += m[nmm_mass_index(k / 3, k % 3)];
+        }
     }
 }
 
-// Supports by cover, ascending.
-static nmm_status build_supports(nmm_context *context, nmm_system *system, const nmm_model *model) {
-    const int n = model->n_cover, n_entry = 3 * model->n_support;
-    TRY(nmm_allocate(context, &system->support_start, (size_t)n + 1, sizeof(int)));
-    TRY(nmm_allocate(context, &system->cover_support, (size_t)n_entry, sizeof(int)));
-    int *start = system->support_start;
-    for (int k = 0; k < n_entry; k++) {
-        start[model->element_cover[3 * model->support[k / 3].element + k % 3] + 1] += 1;
-    }
+// Entries 3 * item + place of the cover in the item's element, by cover, ascending.
+static nmm_status list_by_cover(nmm_context *context, const nmm_model *model, int n_item,
+                                const int *element_of, int **start_of, int **entry_of) {
+    const int n = model->n_cover, n_entry = 3 * n_item;
+    TRY(nmm_allocate(context, start_of, (size_t)n + 1, sizeof(int)));
+    TRY(nmm_allocate(context, entry_of, (size_t)n_entry, sizeof(int)));
+    int *start = *start_of;
+    for (int k = 0; k < n_entry; k++)
+        start[model->element_cover[3 * element_of[k / 3] + k % 3] + 1] += 1;
     for (int c = 0; c < n; c++)
         start[c + 1] += start[c];
     // Filled from the back, so that `start` ends where it began.
     for (int k = n_entry - 1; k >= 0; k--) {
-        const int c = model->element_cover[3 * model->support[k / 3].element + k % 3];
-        system->cover_support[--start[c + 1]] = k;
+        const int c = model->element_cover[3 * element_of[k / 3] + k % 3];
+        (*entry_of)[--start[c + 1]] = k;
     }
     for (int c = 0; c < n; c++)
         start[c] = start[c + 1];
     start[n] = n_entry;
     return NMM_OK;
+}
+
+static nmm_status build_supports(nmm_context *context, nmm_system *system, const nmm_model *model) {
+    int *element = NULL;
+    TRY(nmm_allocate(context, &element, (size_t)model->n_support, sizeof(int)));
+    for (int s = 0; s < model->n_support; s++)
+        element[s] = model->support[s].element;
+    const nmm_status status = list_by_cover(context, model, model->n_support, element,
+                                            &system->support_start, &system->cover_support);
+    nmm_release(context, &element);
+    return status;
+}
+
+static nmm_status build_holds(nmm_context *context, nmm_system *system, const nmm_model *model) {
+    const size_t n = (size_t)model->n_cover;
+    if (model->n_hold == 0) return NMM_OK;
+    TRY(nmm_allocate(context, &system->fixed, n, 1));
+    TRY(nmm_allocate(context, &system->reaction, 2 * n, sizeof(double)));
+    for (int k = 0; k < model->n_hold; k++) {
+        const nmm_hold *hold = &model->hold[k];
+        system->fixed[hold->cover] |= (unsigned char)(hold->fix_x + 2 * hold->fix_y);
+    }
+    return NMM_OK;
+}
+
+// What each residual and each matrix fills.
+static nmm_status allocate_passes(nmm_context *context, nmm_system *system,
+                                  const nmm_model *model) {
+    const size_t n = (size_t)model->n_cover, n_element = (size_t)model->n_element;
+    const size_t n_base = (size_t)system->base_start[n], n_vertex = (size_t)model->n_vertex;
+    TRY(nmm_allocate(context, &system->piola, 4 * n_element, sizeof(double)));
+    TRY(nmm_allocate(context, &system->element_force, 6 * n_element, sizeof(double)));
+    TRY(nmm_allocate(context, &system->acceleration, 2 * n, sizeof(double)));
+    TRY(nmm_allocate(context, &system->load, 2 * n, sizeof(double)));
+    TRY(nmm_allocate(context, &system->support_force, 2 * (size_t)model->n_support,
+                     sizeof(double)));
+    TRY(nmm_allocate(context, &system->edge_force, 4 * n_vertex, sizeof(double)));
+    TRY(nmm_allocate(context, &system->contact_force, 2 * n, sizeof(double)));
+    TRY(nmm_allocate(context, &system->scale, n, sizeof(double)));
+    TRY(nmm_allocate(context, &system->residual, 2 * n, sizeof(double)));
+    TRY(nmm_allocate(context, &system->change, 2 * n, sizeof(double)));
+    TRY(nmm_allocate(context, &system->stiffness, n_element, sizeof(nmm_stiffness)));
+    TRY(nmm_allocate(context, &system->base_value, 4 * n_base, sizeof(double)));
+    TRY(nmm_allocate(context, &system->place, n_base, sizeof(int)));
+    TRY(nmm_allocate(context, &system->row_room, n, sizeof(int)));
+    TRY(nmm_allocate(context, &system->K.row_start, n + 1, sizeof(int)));
+    return nmm_allocate(context, &system->K.diagonal, n, sizeof(int));
 }
 
 nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
@@ -119,110 +170,43 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
     system->damping = settings->damping;
     TRY(build_base(context, system, model));
     TRY(nmm_allocate(context, &system->element_mass, 6 * n_element, sizeof(double)));
+    TRY(nmm_allocate(context, &system->base_mass, (size_t)system->base_start[n], sizeof(double)));
     TRY(nmm_allocate(context, &system->cover_mass, n, sizeof(double)));
     build_mass(system, model, settings->mass == NMM_MASS_LUMPED);
+    TRY(nmm_allocate(context, &system->elastic, (size_t)model->n_material, sizeof(nmm_elastic)));
+    for (int m = 0; m < model->n_material; m++)
+        system->elastic[m] = nmm_elastic_of(&model->material[m]);
     TRY(build_supports(context, system, model));
-    if (model->n_hold > 0) {
-        TRY(nmm_allocate(context, &system->fixed, n, 1));
-        TRY(nmm_allocate(context, &system->reaction, 2 * n, sizeof(double)));
-        for (int k = 0; k < model->n_hold; k++) {
-            const nmm_hold *hold = &model->hold[k];
-            system->fixed[hold->cover] |= (unsigned char)(hold->fix_x + 2 * hold->fix_y);
-        }
-    }
-    TRY(nmm_allocate(context, &system->piola, 4 * n_element, sizeof(double)));
-    TRY(nmm_allocate(context, &system->stiffness, n_element, sizeof(nmm_stiffness)));
-    TRY(nmm_allocate(context, &system->acceleration, 2 * n, sizeof(double)));
-    TRY(nmm_allocate(context, &system->load, 2 * n, sizeof(double)));
-    TRY(nmm_allocate(context, &system->scale, n, sizeof(double)));
-    TRY(nmm_allocate(context, &system->residual, 2 * n, sizeof(double)));
-    TRY(nmm_allocate(context, &system->change, 2 * n, sizeof(double)));
-    TRY(nmm_allocate(context, &system->place, (size_t)system->base_start[n], sizeof(int)));
-    TRY(nmm_allocate(context, &system->contact_start, n + 1, sizeof(int)));
-    TRY(nmm_allocate(context, &system->row_room, n, sizeof(int)));
-    TRY(nmm_allocate(context, &system->K.row_start, n + 1, sizeof(int)));
-    TRY(nmm_allocate(context, &system->K.diagonal, n, sizeof(int)));
+    TRY(list_by_cover(context, model, model->n_vertex, model->edge_element, &system->edge_start,
+                      &system->cover_edge));
+    TRY(build_holds(context, system, model));
+    TRY(nmm_couples_create(context, &system->couples, model));
     system->K.n_row = model->n_cover;
-    system->n_contact = -1; // no pattern yet
-    return NMM_OK;
+    return allocate_passes(context, system, model);
 }
 
 void nmm_system_destroy(nmm_context *context, nmm_system *system) {
     void *owned[] = {
-        &system->K.row_start,   &system->K.col,         &system->K.value,
-        &system->K.diagonal,    &system->residual,      &system->change,
-        &system->base_start,    &system->base_col,      &system->base_slot,
-        &system->element_mass,  &system->cover_mass,    &system->support_start,
-        &system->cover_support, &system->fixed,         &system->place,
-        &system->row,           &system->identity,      &system->contact_slot,
-        &system->contact_start, &system->cover_contact, &system->column,
-        &system->row_room,      &system->piola,         &system->stiffness,
-        &system->acceleration,  &system->load,          &system->scale,
-        &system->reaction,
+        &system->K.row_start,  &system->K.col,         &system->K.value,
+        &system->K.diagonal,   &system->residual,      &system->change,
+        &system->base_start,   &system->base_col,      &system->base_slot,
+        &system->element_mass, &system->base_mass,     &system->cover_mass,
+        &system->elastic,      &system->support_start, &system->cover_support,
+        &system->edge_start,   &system->cover_edge,    &system->fixed,
+        &system->reaction,     &system->place,         &system->column,
+        &system->row_room,     &system->piola,         &system->element_force,
+        &system->acceleration, &system->load,          &system->support_force,
+        &system->pull,         &system->edge_force,    &system->contact_force,
+        &system->scale,        &system->stiffness,     &system->base_value,
+        &system->spring,       &system->spring_mode,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);
+    nmm_couples_destroy(context, &system->couples);
     *system = (nmm_system){0};
 }
 
 // --- Contacts
-
-static void covers_of_contact(const nmm_model *model, const nmm_contact *contact, int cover[6]) {
-    const int *a = model->element_cover + 3 * (long)model->edge_element[contact->vertex];
-    const int *b = model->element_cover + 3 * (long)model->edge_element[contact->edge];
-    for (int i = 0; i < 3; i++) {
-        cover[i] = a[i];
-        cover[3 + i] = b[i];
-    }
-}
-
-static bool same_contacts(const nmm_system *system, const nmm_state *state) {
-    if (system->n_contact != state->n_contact) return false;
-    for (int k = 0; k < state->n_contact; k++) {
-        if (system->identity[2 * k] != state->contact[k].vertex) return false;
-        if (system->identity[2 * k + 1] != state->contact[k].edge) return false;
-    }
-    return true;
-}
-
-static nmm_status grow_contacts(nmm_context *context, nmm_system *system, int n_contact) {
-    int capacity[4];
-    for (int i = 0; i < 4; i++)
-        capacity[i] = system->contact_capacity;
-    TRY(nmm_grow(context, &system->row, &capacity[0], n_contact, sizeof(nmm_contact_row)));
-    TRY(nmm_grow(context, &system->identity, &capacity[1], n_contact, 2 * sizeof(int)));
-    TRY(nmm_grow(context, &system->contact_slot, &capacity[2], n_contact, 36 * sizeof(int)));
-    TRY(nmm_grow(context, &system->cover_contact, &capacity[3], n_contact, 6 * sizeof(int)));
-    system->contact_capacity = capacity[0];
-    return NMM_OK;
-}
-
-// Contacts by cover, ascending.
-static void list_contacts(nmm_system *system, const nmm_model *model, const nmm_state *state) {
-    const int n = system->K.n_row, n_contact = state->n_contact;
-    int *start = system->contact_start;
-    memset(start, 0, ((size_t)n + 1) * sizeof(int));
-    for (int k = 0; k < n_contact; k++) {
-        int cover[6];
-        covers_of_contact(model, &state->contact[k], cover);
-        system->identity[2 * k] = state->contact[k].vertex;
-        system->identity[2 * k + 1] = state->contact[k].edge;
-        for (int i = 0; i < 6; i++)
-            start[cover[i] + 1] += 1;
-    }
-    for (int c = 0; c < n; c++)
-        start[c + 1] += start[c];
-    // Filled from the back, so that start[c + 1] ends where c begins.
-    for (int k = n_contact - 1; k >= 0; k--) {
-        int cover[6];
-        covers_of_contact(model, &state->contact[k], cover);
-        for (int i = 5; i >= 0; i--)
-            system->cover_contact[--start[cover[i] + 1]] = 6 * k + i;
-    }
-    for (int c = 0; c < n; c++)
-        start[c] = start[c + 1];
-    start[n] = 6 * n_contact;
-}
 
 // Insert into an ascending list without repetition.
 static int insert_column(int *column, int n, int col) {
@@ -236,16 +220,13 @@ static int insert_column(int *column, int n, int col) {
 }
 
 // Columns of row c: those of its elements, and the covers on the other side of its contacts.
-static int columns_of_row(const nmm_system *system, const nmm_model *model, const nmm_state *state,
-                          int c, int *column) {
+static int columns_of_row(const nmm_system *system, const nmm_model *model, int c, int *column) {
+    const nmm_couples *couples = &system->couples;
     int n = system->base_start[c + 1] - system->base_start[c];
     memcpy(column, system->base_col + system->base_start[c], (size_t)n * sizeof *column);
-    for (int k = system->contact_start[c]; k < system->contact_start[c + 1]; k++) {
-        const nmm_contact *contact = &state->contact[system->cover_contact[k] / 6];
-        const bool of_vertex = system->cover_contact[k] % 6 < 3;
-        const int *other =
-            model->element_cover +
-            3 * (long)model->edge_element[of_vertex ? contact->edge : contact->vertex];
+    for (int k = couples->cover_start[c]; k < couples->cover_start[c + 1]; k++) {
+        const int q = couples->cover_couple[k] / 6, side = couples->cover_couple[k] % 6 / 3;
+        const int *other = model->element_cover + 3 * (long)couples->element[2 * q + 1 - side];
         for (int j = 0; j < 3; j++)
             n = insert_column(column, n, other[j]);
     }
@@ -265,20 +246,18 @@ static nmm_status grow_matrix(nmm_context *context, nmm_bsr *K, int *capacity, i
 }
 
 // Columns of all rows into system->column, row c from row_room[c]; their counts into K.row_start.
-static nmm_status gather_columns(nmm_context *context, nmm_system *system, const nmm_model *model,
-                                 const nmm_state *state) {
+static nmm_status gather_columns(nmm_context *context, nmm_system *system, const nmm_model *model) {
     const int n = system->K.n_row, n_thread = context->n_thread;
-    for (int c = 0; c < n; c++) {
-        system->row_room[c] = system->base_start[c] + 3 * system->contact_start[c];
-    }
+    const int *couple_start = system->couples.cover_start;
+    for (int c = 0; c < n; c++)
+        system->row_room[c] = system->base_start[c] + 3 * couple_start[c];
     TRY(nmm_grow(context, &system->column, &system->column_capacity,
-                 system->base_start[n] + 3 * system->contact_start[n], sizeof(int)));
+                 system->base_start[n] + 3 * couple_start[n], sizeof(int)));
     int *start = system->K.row_start;
     start[0] = 0;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int c = 0; c < n; c++) {
-        start[c + 1] =
-            columns_of_row(system, model, state, c, system->column + system->row_room[c]);
+        start[c + 1] = columns_of_row(system, model, c, system->column + system->row_room[c]);
     }
     for (int c = 0; c < n; c++)
         start[c + 1] += start[c];
@@ -300,35 +279,50 @@ static void fill_row(nmm_system *system, int c) {
     }
 }
 
-static void place_contacts(const nmm_context *context, nmm_system *system, const nmm_model *model,
-                           const nmm_state *state) {
+// Where the springs of couple q go: within an element that is known, across it is searched.
+static void place_couple(nmm_system *system, const nmm_model *model, int q) {
     const nmm_bsr *K = &system->K;
-    const int n = state->n_contact, n_thread = context->n_thread;
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 1024)
-    for (int k = 0; k < n; k++) {
-        int cover[6];
-        covers_of_contact(model, &state->contact[k], cover);
-        for (int i = 0; i < 36; i++) {
-            const int row = cover[i / 6];
-            system->contact_slot[36 * (long)k + i] =
-                find_column(K->col, K->row_start[row], K->row_start[row + 1], cover[i % 6]);
+    const int *element = system->couples.element + 2 * (long)q;
+    int *slot = system->couples.slot + 36 * (long)q;
+    int cover[6];
+    nmm_couple_covers(model, element, cover);
+    for (int i = 0; i < 6; i++) {
+        const int row = cover[i], own = i / 3;
+        for (int j = 0; j < 3; j++) {
+            const long base = 9 * (long)element[own] + 3 * (i % 3) + j;
+            const int across = 3 * (1 - own) + j;
+            slot[6 * i + 3 * own + j] = system->place[system->base_slot[base]];
+            slot[6 * i + across] =
+                find_column(K->col, K->row_start[row], K->row_start[row + 1], cover[across]);
         }
     }
+}
+
+static nmm_status grow_springs(nmm_context *context, nmm_system *system, int n) {
+    int capacity[3] = {system->spring_capacity, system->spring_capacity, system->spring_capacity};
+    TRY(nmm_grow(context, &system->spring, &capacity[0], n, sizeof(nmm_spring)));
+    TRY(nmm_grow(context, &system->spring_mode, &capacity[1], n, 1));
+    TRY(nmm_grow(context, &system->pull, &capacity[2], n, 6 * sizeof(double)));
+    system->spring_capacity = capacity[0];
+    return NMM_OK;
 }
 
 nmm_status nmm_system_pattern(nmm_context *context, nmm_system *system, const nmm_model *model,
                               const nmm_state *state) {
     const int n = model->n_cover, n_thread = context->n_thread;
-    system->keep_pattern = same_contacts(system, state);
+    nmm_couples_change change;
+    TRY(nmm_couples_list(context, &system->couples, model, state, &change));
+    TRY(grow_springs(context, system, state->n_contact));
+    system->made = false;
+    system->keep_pattern = change != NMM_COUPLES_CHANGED;
     if (system->keep_pattern) return NMM_OK;
-    system->n_contact = -1;
-    TRY(grow_contacts(context, system, state->n_contact));
-    list_contacts(system, model, state);
-    TRY(gather_columns(context, system, model, state));
+    TRY(gather_columns(context, system, model));
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int c = 0; c < n; c++)
         fill_row(system, c);
-    place_contacts(context, system, model, state);
-    system->n_contact = state->n_contact;
+    const int n_couple = system->couples.n;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_couple > 1024)
+    for (int q = 0; q < n_couple; q++)
+        place_couple(system, model, q);
     return NMM_OK;
 }

@@ -16,6 +16,35 @@
 #include "scene.h"
 #include "solve.h"
 
+/// A spring of the matrix, frozen when the matrix was made: derivatives of gap and slip by the
+/// displacements of the couple's six covers, and the stiffnesses that act.
+typedef struct nmm_spring {
+    double normal[6][2], shear[6][2];
+    double normal_stiffness, shear_stiffness; // [N/m]; sliding: no shear
+} nmm_spring;
+
+/// Contacts by couples: two elements whose loop edges meet in one contact or more. The pattern of
+/// the matrix follows from the couples alone, and they change less often than the contacts.
+typedef struct nmm_couples {
+    int n_contact, contact_capacity;
+    int *identity; // [n_contact][2] vertex, edge of the list these follow from
+    int *order;    // [n_contact] 2 * contact + (the vertex is on the second element), by couple
+    int *by_edge;  // [n_contact] contacts by their edge, ascending
+    int *key;      // [n_contact][2] elements, smaller number first; scratch
+
+    int n, capacity;
+    int *element; // [n][2] first element <= second
+    int *start;   // [n + 1] first contact in `order`
+    int *slot;    // [n][6][6] entry of K for the covers of both elements
+    bool *old;    // [n] a contact of the couple changed mode since the matrix was made
+
+    int *vertex_start;  // [n_vertex + 1] first contact of a vertex
+    int *edge_start;    // [n_vertex + 1] first entry of an edge in by_edge
+    int *element_start; // [n_element + 1] scratch
+    int *cover_start;   // [n_cover + 1]
+    int *cover_couple;  // [6 * n] 6 * couple + place of the cover in it, by cover
+} nmm_couples;
+
 /// Pattern, matrix and vectors of the run; owned by the simulation.
 typedef struct nmm_system {
     nmm_bsr K;
@@ -28,31 +57,42 @@ typedef struct nmm_system {
     int *base_start, *base_col;         // pattern of the elements alone
     int *base_slot;                     // [n_element][3][3] entry of base_col for covers (i, j)
     double *element_mass;               // [n_element][6] kg, nmm_mass_of; diagonal when lumped
+    double *base_mass;                  // [n_base] kg, the same by entry of base_col
     double *cover_mass;                 // [n_cover] kg, row sums
+    nmm_elastic *elastic;               // [n_material]
     int *support_start, *cover_support; // 3 * support + place of the cover in it, by cover
+    int *edge_start, *cover_edge; // 3 * loop edge + place of the cover in its element, by cover
     double *reaction;     // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
     unsigned char *fixed; // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
     double damping;       // [1/s]
 
     // Follow from the contacts.
-    int *place; // [n_base] entry of K for an entry of base_col
-    int n_contact, contact_capacity;
-    int row_capacity;     // blocks that K has room for
-    nmm_contact_row *row; // [n_contact] at the last residual
-    int *identity;        // [n_contact][2] vertex, edge of the last pattern
-    int *contact_slot;    // [n_contact][6][6] entry of K
-    int *contact_start;   // [n_cover + 1]
-    int *cover_contact;   // 6 * contact + place of the cover in it, by cover
+    nmm_couples couples;
+    int *place;       // [n_base] entry of K for an entry of base_col
+    int row_capacity; // blocks that K has room for
     int column_capacity;
     int *column;   // scratch: columns of all rows, row c from row_room[c]
     int *row_room; // [n_cover]
 
-    // Of the pass.
-    double *piola;            // [n_element][4] Pa
-    nmm_stiffness *stiffness; // [n_element]
-    double *acceleration;     // [n_cover][2] m/s2, damping included
-    double *load;             // [n_cover][2] N
-    double *scale;            // [n_cover] N2: squares of the forces in a row
+    // Of the residual.
+    double *piola;         // [n_element][4] Pa
+    double *element_force; // [n_element][3][2] N, inner forces on the covers
+    double *acceleration;  // [n_cover][2] m/s2, damping included
+    double *load;          // [n_cover][2] N
+    double *support_force; // [n_support][2] N
+    double *pull;          // [n_contact][3][2] N on the vertex and on the ends of the edge
+    double *edge_force;    // [n_vertex][2][2] N, contact forces on the ends of a loop edge
+    double *contact_force; // [n_cover][2] N
+    double *scale;         // [n_cover] N2: squares of the forces in a row
+
+    // Of the matrix.
+    nmm_stiffness *stiffness;   // [n_element]
+    double *base_value;         // [n_base][2][2] elements, inertia and supports
+    nmm_spring *spring;         // [n_contact] by couple
+    unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
+    bool made;                  // K was made for the contacts as they are listed
+    int spring_capacity;
+    double contact_stiffness; // [N/m] root of the sum of squares over closed contacts
 } nmm_system;
 
 /// The step that the residual belongs to.
@@ -77,9 +117,30 @@ void nmm_system_load(nmm_system *system, const nmm_model *model, double time);
 void nmm_system_residual(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, const nmm_step_state *step);
 
-/// system->K at the same configuration; call after the residual.
-void nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
-                         const nmm_state *state, double h);
+/// system->K at the same configuration. Not `anew`: elements, and contacts that did not change
+/// mode, stay as they were when they were last taken, in the same step and pattern: a Newton matrix
+/// of a place near by. Returns whether any value changed.
+bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
+                         const nmm_state *state, double h, bool anew);
+
+/// What a new list of contacts means for the couples.
+typedef enum nmm_couples_change {
+    NMM_COUPLES_KEPT,     // the same contacts
+    NMM_CONTACTS_CHANGED, // other contacts of the same couples
+    NMM_COUPLES_CHANGED,
+} nmm_couples_change;
+
+/// The inside of nmm_system_pattern: contacts by couple, by vertex and by edge.
+nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const nmm_model *model);
+void nmm_couples_destroy(nmm_context *context, nmm_couples *couples);
+nmm_status nmm_couples_list(nmm_context *context, nmm_couples *couples, const nmm_model *model,
+                            const nmm_state *state, nmm_couples_change *change);
+
+/// The covers of a couple: of its first element, then of its second.
+static inline void nmm_couple_covers(const nmm_model *model, const int element[2], int cover[6]) {
+    for (int i = 0; i < 6; i++)
+        cover[i] = model->element_cover[3 * element[i / 3] + i % 3];
+}
 
 /// Put held covers at their prescribed place at `time`.
 void nmm_system_hold(const nmm_model *model, nmm_state *state, double time);

@@ -30,7 +30,7 @@ static void check_matrix(nmm_sim *sim, double h, double tolerance) {
     const int n = 2 * sim->model.n_cover;
     double *up = calloc((size_t)n, sizeof *up), *down = calloc((size_t)n, sizeof *down);
     residual_of(sim, h, up);
-    nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, h);
+    nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, h, true);
     double largest = 0;
     for (int i = 0; i < n; i++)
         largest = fmax(largest, entry_of(&sim->system.K, i, i));
@@ -114,12 +114,12 @@ static void test_threads(void **unused) {
     const size_t n_value = 4 * (size_t)sim->system.K.row_start[sim->model.n_cover];
     double *one = calloc((size_t)n, sizeof *one), *value = calloc(n_value, sizeof *value);
     residual_of(sim, 1e-3, one);
-    nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, 1e-3);
+    nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, 1e-3, true);
     memcpy(value, sim->system.K.value, n_value * sizeof *value);
     for (int threads = 2; threads <= 5; threads++) {
         sim->context.n_thread = threads;
         residual_of(sim, 1e-3, sim->system.change);
-        nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, 1e-3);
+        nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, 1e-3, true);
         assert_memory_equal(one, sim->system.change, (size_t)n * sizeof *one);
         assert_memory_equal(value, sim->system.K.value, n_value * sizeof *value);
     }

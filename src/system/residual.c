@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: MIT
+//
+// Residual of one pass, exact at the configuration it is asked for. First the forces of each
+// element, support and contact, in parallel; contact forces are gathered by loop edge, on its two
+// ends; then every row adds up its own, in a fixed order. Equations (4.x) of docs/theory/4-time.md.
+
+#include "system.h"
+
+#include <math.h>
+#include <string.h>
+
+// --- Loads and supports
+
+void nmm_system_load(nmm_system *system, const nmm_model *model, double time) {
+    // The ground's acceleration acts on a body seen from the ground as -a.
+    double ground[2] = {0, 0};
+    if (model->base_motion.n > 0) nmm_history_value(&model->base_motion, time, ground);
+    const double ax = model->gravity.x - ground[0], ay = model->gravity.y - ground[1];
+    for (int c = 0; c < model->n_cover; c++) {
+        system->load[2 * c] = system->cover_mass[c] * ax;
+        system->load[2 * c + 1] = system->cover_mass[c] * ay;
+    }
+    for (int k = 0; k < model->n_load; k++) {
+        const nmm_load *load = &model->load[k];
+        double factor = 1;
+        if (load->history >= 0) nmm_history_value(&model->history[load->history], time, &factor);
+        for (int i = 0; i < 3; i++) {
+            const int c = model->element_cover[3 * load->element + i];
+            system->load[2 * c] += factor * load->weight[i] * load->force.x;
+            system->load[2 * c + 1] += factor * load->weight[i] * load->force.y;
+        }
+    }
+}
+
+void nmm_system_hold(const nmm_model *model, nmm_state *state, double time) {
+    for (int k = 0; k < model->n_hold; k++) {
+        const nmm_hold *hold = &model->hold[k];
+        double moved[2] = {0, 0};
+        if (hold->history >= 0) nmm_history_value(&model->history[hold->history], time, moved);
+        if (hold->fix_x) state->displacement[2 * hold->cover] = moved[0];
+        if (hold->fix_y) state->displacement[2 * hold->cover + 1] = moved[1];
+    }
+}
+
+nmm_vec2 nmm_support_error(const nmm_model *model, const nmm_state *state, int support,
+                           double time) {
+    const nmm_support *s = &model->support[support];
+    double moved[2] = {0, 0};
+    if (s->history >= 0) nmm_history_value(&model->history[s->history], time, moved);
+    nmm_vec2 error = {-moved[0], -moved[1]};
+    for (int i = 0; i < 3; i++) {
+        const double *d = state->displacement + 2 * model->element_cover[3 * s->element + i];
+        error.x += s->weight[i] * d[0];
+        error.y += s->weight[i] * d[1];
+    }
+    if (!s->fix_x) error.x = 0;
+    if (!s->fix_y) error.y = 0;
+    return error;
+}
+
+nmm_vec2 nmm_support_reaction(const nmm_model *model, const nmm_state *state, int support,
+                              nmm_vec2 error) {
+    const double k = model->support[support].stiffness;
+    const double *carried = state->support_force + 2 * (long)support;
+    return (nmm_vec2){carried[0] - k * error.x, carried[1] - k * error.y};
+}
+
+// --- Parts
+
+// Stress and inner forces of each element, eq. (3.8).
+static void elements_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                          int n_thread) {
+    const int n = model->n_element;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
+    for (int e = 0; e < n; e++) {
+        const int *cover = model->element_cover + 3 * (long)e;
+        const double *u = state->displacement + 2 * (long)cover[0];
+        const double *v = state->displacement + 2 * (long)cover[1];
+        const double *w = state->displacement + 2 * (long)cover[2];
+        const double d[6] = {u[0], u[1], v[0], v[1], w[0], w[1]};
+        nmm_element_pull(model, system->elastic[model->element_material[e]],
+                         state->initial_stress + 3 * (long)e, e, d, system->piola + 4 * (long)e,
+                         system->element_force + 6 * (long)e);
+    }
+}
+
+// Acceleration at the end of the step, eq. (4.1), with mass-proportional damping added.
+static void acceleration_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                              const nmm_step_state *step) {
+    const double h = step->h, alpha = system->damping;
+    const double of_way = 2 / h, of_change = 1 / h;
+    for (int i = 0; i < 2 * model->n_cover; i++) {
+        const double end_velocity = of_way * step->moved[i] - state->velocity[i];
+        system->acceleration[i] =
+            of_change * (end_velocity - state->velocity[i]) + alpha * end_velocity;
+    }
+}
+
+// Few, and their histories are read: serial.
+static void supports_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                          double end) {
+    for (int s = 0; s < model->n_support; s++) {
+        const nmm_vec2 error = nmm_support_error(model, state, s, end);
+        const nmm_vec2 reaction = nmm_support_reaction(model, state, s, error);
+        system->support_force[2 * s] = reaction.x;
+        system->support_force[2 * s + 1] = reaction.y;
+    }
+}
+
+static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                          int n_thread) {
+    const int n = state->n_contact;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
+    for (int k = 0; k < n; k++) {
+        double *pull = system->pull + 6 * (long)k;
+        if (state->contact[k].mode == NMM_CONTACT_OPEN)
+            memset(pull, 0, 6 * sizeof *pull);
+        else
+            nmm_contact_pull(model, state, &state->contact[k], pull);
+    }
+}
+
+// Forces on the ends of each loop edge: of its start as a vertex, and of its own contacts.
+static void edges_pass(nmm_system *system, const nmm_model *model, int n_thread) {
+    const nmm_couples *couples = &system->couples;
+    const int n = model->n_vertex;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
+    for (int e = 0; e < n; e++) {
+        double sum[4] = {0, 0, 0, 0};
+        for (int k = couples->vertex_start[e]; k < couples->vertex_start[e + 1]; k++) {
+            sum[0] += system->pull[6 * (long)k];
+            sum[1] += system->pull[6 * (long)k + 1];
+        }
+        for (int p = couples->edge_start[e]; p < couples->edge_start[e + 1]; p++) {
+            const double *pull = system->pull + 6 * (long)couples->by_edge[p];
+            for (int i = 0; i < 4; i++)
+                sum[i] += pull[2 + i];
+        }
+        memcpy(system->edge_force + 4 * (long)e, sum, sizeof sum);
+    }
+}
+
+// --- Rows
+
+static void add_inner(const nmm_system *system, const nmm_model *model, int c, double force[2]) {
+    for (int k = model->cover_start[c]; k < model->cover_start[c + 1]; k++) {
+        const double *of_element = system->element_force + 2 * (long)model->cover_element[k];
+        force[0] += of_element[0];
+        force[1] += of_element[1];
+    }
+}
+
+static void add_inertia(const nmm_system *system, int c, double force[2]) {
+    for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++) {
+        const double *a = system->acceleration + 2 * (long)system->base_col[k];
+        force[0] += system->base_mass[k] * a[0];
+        force[1] += system->base_mass[k] * a[1];
+    }
+}
+
+static void add_supports(const nmm_system *system, const nmm_model *model, int c, double force[2]) {
+    for (int k = system->support_start[c]; k < system->support_start[c + 1]; k++) {
+        const int s = system->cover_support[k] / 3;
+        const double w = model->support[s].weight[system->cover_support[k] % 3];
+        force[0] += w * system->support_force[2 * s];
+        force[1] += w * system->support_force[2 * s + 1];
+    }
+}
+
+static void add_contacts(const nmm_system *system, const nmm_model *model, int c, double force[2]) {
+    for (int k = system->edge_start[c]; k < system->edge_start[c + 1]; k++) {
+        const int e = system->cover_edge[k] / 3, i = system->cover_edge[k] % 3;
+        const double *weight = model->edge_weight + 6 * (long)e;
+        const double *end = system->edge_force + 4 * (long)e;
+        force[0] += weight[i] * end[0] + weight[3 + i] * end[2];
+        force[1] += weight[i] * end[1] + weight[3 + i] * end[3];
+    }
+}
+
+static void add_row(nmm_system *system, const nmm_model *model, int c) {
+    double inner[2] = {0, 0}, inertia[2] = {0, 0}, support[2] = {0, 0}, contact[2] = {0, 0};
+    add_inner(system, model, c, inner);
+    add_inertia(system, c, inertia);
+    add_supports(system, model, c, support);
+    if (system->couples.n > 0) add_contacts(system, model, c, contact);
+    system->scale[c] = 0;
+    for (int x = 0; x < 2; x++) {
+        const double load = system->load[2 * c + x];
+        const bool held = system->fixed != NULL && (system->fixed[c] >> x & 1);
+        const double sum = load - inner[x] - inertia[x] + support[x] + contact[x];
+        system->residual[2 * c + x] = held ? 0 : sum;
+        if (held) system->reaction[2 * c + x] = -sum;
+        system->contact_force[2 * c + x] = contact[x];
+        system->scale[c] += load * load + inner[x] * inner[x] + inertia[x] * inertia[x] +
+                            support[x] * support[x] + contact[x] * contact[x];
+    }
+}
+
+void nmm_system_residual(const nmm_context *context, nmm_system *system, const nmm_model *model,
+                         const nmm_state *state, const nmm_step_state *step) {
+    const int n_thread = context->n_thread, n = model->n_cover;
+    NMM_ASSERT(system->couples.n_contact == state->n_contact);
+    elements_pass(system, model, state, n_thread);
+    acceleration_pass(system, model, state, step);
+    supports_pass(system, model, state, step->end);
+    if (state->n_contact > 0) {
+        contacts_pass(system, model, state, n_thread);
+        edges_pass(system, model, n_thread);
+    }
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
+    for (int c = 0; c < n; c++)
+        add_row(system, model, c);
+    // One root per row keeps the sum of squares from overflowing before it is needed.
+    double total = 0;
+    for (int c = 0; c < n; c++)
+        total += system->scale[c];
+    system->force_scale = sqrt(total);
+}
