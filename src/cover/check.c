@@ -24,23 +24,35 @@ static nmm_vec2 point_place(const nmm_model *m, int p) {
     return (nmm_vec2){m->point[2 * p], m->point[2 * p + 1]};
 }
 
-// Are these the weights of a place within the triangle?
-static bool weights_good(const double w[3]) {
-    for (int i = 0; i < 3; i++) {
+// Length over thickness of the triangle of element e, at least 1: digits that a sliver loses.
+static double slenderness(const nmm_model *m, int e) {
+    double steep = 0, far = 0;
+    const int *cover = m->element_cover + 3 * (long)e;
+    for (int k = 0; k < 6; k++) {
+        const double *a = m->cover_place + 2 * (long)cover[k / 2];
+        const double *b = m->cover_place + 2 * (long)cover[(k / 2 + 1) % 3];
+        steep = nmm_max(steep, fabs(m->element_gradient[6 * (long)e + k]));
+        far = nmm_max(far, fabs(a[k % 2] - b[k % 2]));
+    }
+    return nmm_max(1, steep * far);
+}
+
+// Are these the weights of a place within the triangle? Those of whole blocks may be negative.
+static bool weights_good(const nmm_model *m, int e, const double w[3]) {
+    for (int i = 0; i < 3 && !m->whole_blocks; i++) {
         if (!(w[i] >= -SLACK && w[i] <= 1 + SLACK)) return false;
     }
-    return fabs(w[0] + w[1] + w[2] - 1) <= 1e-12;
+    return fabs(w[0] + w[1] + w[2] - 1) <= 1e-12 * slenderness(m, e);
 }
 
 // Do the weights of element e reproduce the place x = sum w_i X_i?
 static bool reproduces(const nmm_model *m, int e, const double w[3], nmm_vec2 place) {
+    const double tolerance = 1e-12 * (m->height + m->size) * slenderness(m, e);
     for (int k = 0; k < 2; k++) {
         double x = 0;
         for (int i = 0; i < 3; i++)
             x += w[i] * m->cover_place[2 * m->element_cover[3 * e + i] + k];
-        if (!(fabs(x - (k == 0 ? place.x : place.y)) <= 1e-12 * (m->height + m->size))) {
-            return false;
-        }
+        if (!(fabs(x - (k == 0 ? place.x : place.y)) <= tolerance)) return false;
     }
     return true;
 }
@@ -71,8 +83,11 @@ static nmm_status check_gradient(nmm_context *context, const nmm_model *m, int e
         }
     }
     const double unit[4] = {1, 0, 0, 1};
-    const double error = 1e-13 * (1 + m->height / m->size);
-    CHECK(fabs(sum[0]) + fabs(sum[1]) <= error / m->size, "element %d: gradients", e);
+    double steep = 0;
+    for (int k = 0; k < 6; k++)
+        steep = nmm_max(steep, fabs(g[k]));
+    const double error = 1e-13 * (1 + m->height * steep) * slenderness(m, e);
+    CHECK(fabs(sum[0]) + fabs(sum[1]) <= error * steep, "element %d: gradients", e);
     for (int k = 0; k < 4; k++)
         CHECK(fabs(grad[k] - unit[k]) <= 10 * error, "element %d: gradients", e);
     return NMM_OK;
@@ -92,7 +107,7 @@ static nmm_status check_element(nmm_context *context, const nmm_model *m, int e)
         CHECK(m->cover_block[c] == m->element_block[e], "element %d: cover of another block", e);
     }
     TRY(check_gradient(context, m, e));
-    CHECK(weights_good(w), "element %d: weights %g %g %g", e, w[0], w[1], w[2]);
+    CHECK(weights_good(m, e, w), "element %d: weights %g %g %g", e, w[0], w[1], w[2]);
     CHECK(reproduces(m, e, w, centre), "element %d: weights miss the centroid", e);
     // Corners belong to the element's covers: their weights give their places.
     double area = 0, across = 0;
@@ -103,7 +118,7 @@ static nmm_status check_element(nmm_context *context, const nmm_model *m, int e)
         const nmm_vec2 a = nmm_vec2_sub(p, centre), b = nmm_vec2_sub(q, centre);
         double weight[3];
         nmm_element_weights(m, e, p, weight);
-        CHECK(weights_good(weight), "element %d: corner outside its triangle", e);
+        CHECK(weights_good(m, e, weight), "element %d: corner outside its triangle", e);
         area += nmm_vec2_cross(a, b) / 2;
         across = nmm_max(across, nmm_vec2_dot(a, a));
     }
@@ -116,7 +131,7 @@ static nmm_status check_point(nmm_context *context, const nmm_model *m, int p) {
     const int e = m->point_element[p];
     const double *w = m->point_weight + 3 * (long)p;
     CHECK(within(e, m->n_element), "point %d: element %d", p, e);
-    CHECK(weights_good(w), "point %d: weights %g %g %g", p, w[0], w[1], w[2]);
+    CHECK(weights_good(m, e, w), "point %d: weights %g %g %g", p, w[0], w[1], w[2]);
     CHECK(reproduces(m, e, w, point_place(m, p)), "point %d: weights miss its place", p);
     return NMM_OK;
 }
@@ -137,7 +152,7 @@ static nmm_status check_vertex(nmm_context *context, const nmm_model *m, int v) 
     const nmm_vec2 p = point_place(m, m->vertex_point[v]);
     const nmm_vec2 q = point_place(m, m->vertex_point[next]);
     CHECK(p.x != q.x || p.y != q.y, "edge %d has no length", v);
-    CHECK(weights_good(w) && weights_good(w + 3), "edge %d: weights", v);
+    CHECK(weights_good(m, e, w) && weights_good(m, e, w + 3), "edge %d: weights", v);
     CHECK(reproduces(m, e, w, p) && reproduces(m, e, w + 3, q), "edge %d: weights", v);
     if (mate < 0) return NMM_OK;
     CHECK(within(mate, m->n_vertex) && mate != v && m->edge_mate[mate] == v, "edge %d: mate", v);

@@ -46,7 +46,7 @@ typedef struct nmm_body {
     bool *connects;         // [n_edge] material is continuous across it
     int *material;          // [n_face] -1: no material
     int *element;           // [n_face] element of the body, -1: no material
-    nmm_triangle *triangle; // [n_face]
+    nmm_triangle *triangle; // [n_face], without meaning where each block is one cover
     int n_element;
     int *face_of;    // [n_element]
     int *corner_set; // [2 * n_edge] sets of half-edges whose starts are one point
@@ -62,7 +62,7 @@ typedef struct nmm_draft_element {
 } nmm_draft_element;
 
 typedef struct nmm_draft_cover {
-    nmm_node node;
+    nmm_node node; // whole blocks: (0..2, block)
     int block;
 } nmm_draft_cover;
 
@@ -90,6 +90,13 @@ typedef struct nmm_draft {
         block_capacity, scene_capacity;
 } nmm_draft;
 
+/// The linear functions of a whole block: w_i = 1/3 + g_i . (x - centre), eq. (2.13).
+typedef struct nmm_frame {
+    nmm_vec2 centre;    // [m] centroid of the block
+    double gradient[6]; // [1/m] g_0, g_1, g_2
+    nmm_vec2 node[3];   // [m] where one of them is 1 and the others are 0
+} nmm_frame;
+
 /// Everything the stages need.
 typedef struct nmm_cut {
     nmm_context *context;
@@ -97,7 +104,8 @@ typedef struct nmm_cut {
     nmm_lattice lattice;
     nmm_body body;
     nmm_draft draft;
-    bool *touched; // [scene->n_joint] the joint touches the domain
+    nmm_frame *frame; // [n_block] with covers.mesh: block, else NULL
+    bool *touched;    // [scene->n_joint] the joint touches the domain
     nmm_cover_report *report;
 } nmm_cut;
 
@@ -115,6 +123,16 @@ nmm_status nmm_cut_patches(nmm_cut *cut);
 nmm_status nmm_cut_points(nmm_cut *cut);
 nmm_status nmm_cut_corners(nmm_cut *cut);
 nmm_status nmm_cut_loops(nmm_cut *cut);
+
+/// Is each block one cover?
+static inline bool nmm_cut_whole_blocks(const nmm_cut *cut) {
+    return cut->scene->settings.mesh == NMM_MESH_BLOCK;
+}
+
+/// The functions of each block from the areas, centroids and moments of its elements; in `arena`.
+nmm_status nmm_frames_build(nmm_context *context, nmm_arena *arena, const nmm_model *model,
+                            nmm_frame **frame);
+void nmm_frame_weights(const nmm_frame *frame, nmm_vec2 place, double weight[3]);
 
 /// Write the draft into the model.
 nmm_status nmm_cut_fill_model(nmm_cut *cut, nmm_model *model);

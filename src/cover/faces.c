@@ -227,6 +227,26 @@ static nmm_status find_triangles(nmm_cut *cut) {
 
 // --- Elements
 
+// A block that is one cover cannot open a joint that does not divide it: such edges connect.
+static nmm_status close_inside(nmm_cut *cut) {
+    nmm_body *body = &cut->body;
+    const nmm_arrangement *a = &body->arrangement;
+    int *parent = NULL;
+    TRY(nmm_arena_take(cut->context, &body->arena, &parent, (size_t)body->n_element, sizeof(int)));
+    for (int k = 0; k < body->n_element; k++)
+        parent[k] = k;
+    for (int e = 0; e < a->n_edge; e++) {
+        if (!body->connects[e]) continue;
+        nmm_set_join(parent, body->element[a->face[2 * e]], body->element[a->face[2 * e + 1]]);
+    }
+    for (int e = 0; e < a->n_edge; e++) {
+        const int left = body->element[a->face[2 * e]], right = body->element[a->face[2 * e + 1]];
+        if (a->bridge[e] || left < 0 || right < 0) continue;
+        body->connects[e] = nmm_set_root(parent, left) == nmm_set_root(parent, right);
+    }
+    return NMM_OK;
+}
+
 static nmm_status number_elements(nmm_cut *cut) {
     nmm_body *body = &cut->body;
     const nmm_arrangement *a = &body->arrangement;
@@ -237,7 +257,7 @@ static nmm_status number_elements(nmm_cut *cut) {
     for (int f = 0; f < a->n_face; f++) {
         body->element[f] = -1;
         if (body->material[f] < 0) continue;
-        if (body->triangle[f].down < 0) {
+        if (body->triangle[f].down < 0 && !nmm_cut_whole_blocks(cut)) {
             return nmm_fail(cut->context, NMM_ERROR_NUMERIC,
                             "cutting: face %d lies in no triangle of the mesh", f);
         }
@@ -249,7 +269,7 @@ static nmm_status number_elements(nmm_cut *cut) {
             body->element[a->face[2 * e]] >= 0 && body->element[a->face[2 * e + 1]] >= 0;
         body->connects[e] = inside && !a->bridge[e] && body->joint[e] < 0;
     }
-    return NMM_OK;
+    return nmm_cut_whole_blocks(cut) ? close_inside(cut) : NMM_OK;
 }
 
 // --- Corners

@@ -6,6 +6,8 @@
 
 #include "cut.h"
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 // --- Elements and covers
@@ -21,7 +23,9 @@ static nmm_status fill_covers(nmm_cut *cut, nmm_model *model) {
     for (int c = 0; c < n; c++) {
         const nmm_node at = draft->cover[c].node;
         const nmm_vec2 place =
-            nmm_lattice_place(&cut->lattice, nmm_lattice_node(&cut->lattice, at));
+            cut->frame != NULL
+                ? cut->frame[at.j].node[at.i]
+                : nmm_lattice_place(&cut->lattice, nmm_lattice_node(&cut->lattice, at));
         model->cover_block[c] = draft->cover[c].block;
         model->cover_place[2 * c] = place.x;
         model->cover_place[2 * c + 1] = place.y;
@@ -62,9 +66,19 @@ static void fill_element(const nmm_cut *cut, nmm_model *model, int e, nmm_ipoint
     model->element_moment[3 * e + 2] = nmm_max(0, moments.yy);
 }
 
+// Weights of an element's covers at an integer point.
+static void weights_at(const nmm_cut *cut, const nmm_draft_element *element, nmm_ipoint p,
+                       double weight[3]) {
+    if (cut->frame == NULL) {
+        nmm_lattice_weights(&cut->lattice, element->triangle, p, weight);
+    } else {
+        nmm_frame_weights(&cut->frame[element->block], nmm_lattice_place(&cut->lattice, p), weight);
+    }
+}
+
 // Weights at the centroid, from those at an integer point of the triangle.
 static void fill_weights(const nmm_cut *cut, nmm_model *model, int e) {
-    const nmm_triangle triangle = cut->draft.element[e].triangle;
+    const nmm_draft_element *element = &cut->draft.element[e];
     const nmm_ipoint base = {
         (int64_t)(model->element_centre[2 * e] / cut->lattice.spacing),
         (int64_t)(model->element_centre[2 * e + 1] / cut->lattice.spacing),
@@ -74,12 +88,17 @@ static void fill_weights(const nmm_cut *cut, nmm_model *model, int e) {
     const double dy = model->element_centre[2 * e + 1] - place.y;
     double *gradient = model->element_gradient + 6 * (long)e;
     double *weight = model->element_weight + 3 * (long)e;
-    nmm_lattice_gradient(&cut->lattice, triangle, gradient);
-    nmm_lattice_weights(&cut->lattice, triangle, base, weight);
+    if (cut->frame == NULL) {
+        nmm_lattice_gradient(&cut->lattice, element->triangle, gradient);
+    } else {
+        memcpy(gradient, cut->frame[element->block].gradient, sizeof cut->frame->gradient);
+    }
+    weights_at(cut, element, base, weight);
     for (int i = 0; i < 3; i++)
         weight[i] += gradient[2 * i] * dx + gradient[2 * i + 1] * dy;
 }
 
+// Areas and moments of all elements, then the weights.
 static nmm_status fill_elements(nmm_cut *cut, nmm_model *model) {
     const nmm_draft *draft = &cut->draft;
     int longest = 0;
@@ -101,8 +120,10 @@ static nmm_status fill_elements(nmm_cut *cut, nmm_model *model) {
         model->element_material[e] = element->material;
         memcpy(model->element_cover + 3 * (long)e, element->cover, sizeof element->cover);
         fill_element(cut, model, e, place, corner);
-        fill_weights(cut, model, e);
     }
+    if (nmm_cut_whole_blocks(cut)) TRY(nmm_frames_build(cut->context, arena, model, &cut->frame));
+    for (int e = 0; e < draft->n_element; e++)
+        fill_weights(cut, model, e);
     return NMM_OK;
 }
 
@@ -135,8 +156,8 @@ static void fill_points(const nmm_cut *cut, nmm_model *model) {
         model->point[2 * p] = place.x;
         model->point[2 * p + 1] = place.y;
         model->point_element[p] = point->element;
-        nmm_lattice_weights(&cut->lattice, draft->element[point->element].triangle, point->place,
-                            model->point_weight + 3 * (long)p);
+        weights_at(cut, &draft->element[point->element], point->place,
+                   model->point_weight + 3 * (long)p);
         if (p == 0) model->box = (nmm_box){place, place};
         include_place(&model->box, place);
     }
@@ -156,9 +177,8 @@ static void fill_vertices(const nmm_cut *cut, nmm_model *model) {
         model->edge_element[v] = vertex->element;
         model->edge_interface[v] = vertex->interface;
         model->edge_mate[v] = vertex->mate;
-        nmm_lattice_weights(&cut->lattice, element->triangle, draft->point[vertex->point].place,
-                            weight);
-        nmm_lattice_weights(&cut->lattice, element->triangle, draft->point[end].place, weight + 3);
+        weights_at(cut, element, draft->point[vertex->point].place, weight);
+        weights_at(cut, element, draft->point[end].place, weight + 3);
     }
 }
 
@@ -210,6 +230,23 @@ static nmm_status copy_properties(nmm_cut *cut, nmm_model *model) {
     return NMM_OK;
 }
 
+static int compare_areas(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// Side of a square as large as the usual block: half the blocks are larger.
+static nmm_status measure_blocks(nmm_cut *cut, nmm_model *model) {
+    double *area = NULL;
+    const size_t n = (size_t)model->n_block;
+    TRY(nmm_arena_take(cut->context, &cut->body.arena, &area, n, sizeof *area));
+    for (int e = 0; e < model->n_element; e++)
+        area[model->element_block[e]] += model->element_area[e];
+    qsort(area, n, sizeof *area, compare_areas);
+    model->size = cut->report->size_chosen = sqrt(area[(n - 1) / 2]);
+    return NMM_OK;
+}
+
 static void report_areas(const nmm_model *model, nmm_cover_report *report) {
     report->area = 0;
     for (int e = 0; e < model->n_element; e++) {
@@ -233,9 +270,11 @@ nmm_status nmm_cut_fill_model(nmm_cut *cut, nmm_model *model) {
     model->origin = cut->lattice.origin;
     model->size = (double)cut->lattice.side * cut->lattice.spacing;
     model->height = nmm_max(box.high.x - box.low.x, box.high.y - box.low.y) / 2;
+    model->whole_blocks = nmm_cut_whole_blocks(cut);
     TRY(nmm_model_allocate(cut->context, model));
-    TRY(fill_covers(cut, model));
     TRY(fill_elements(cut, model));
+    if (model->whole_blocks) TRY(measure_blocks(cut, model));
+    TRY(fill_covers(cut, model));
     fill_cover_elements(model);
     fill_points(cut, model);
     fill_vertices(cut, model);

@@ -74,7 +74,11 @@ static void measure_scene(const nmm_scene *scene, nmm_lattice *lattice) {
 // --- Choice of the lattices
 
 // About twelve triangles along a square of the scene's area; a whole number of them along the box.
-static double choose_size(const nmm_lattice *lattice) {
+// Without triangles, where each block is one cover, the size of a body: what tolerances go by.
+static double choose_size(const nmm_scene *scene, const nmm_lattice *lattice) {
+    if (scene->settings.mesh == NMM_MESH_BLOCK) {
+        return sqrt(lattice->area / (scene->n_domain + scene->n_block));
+    }
     const double size = sqrt(lattice->area) / 12;
     const double width = lattice->box.high.x - lattice->box.low.x;
     return width > size ? width / floor(width / size + 0.5) : size;
@@ -152,7 +156,7 @@ nmm_status nmm_lattice_choose(nmm_context *context, nmm_scene *scene, nmm_lattic
                                 "the scene holds no material: neither domain nor blocks");
     }
     const double chosen = scene->settings.cover_size;
-    const double size = chosen == 0 ? choose_size(lattice) : chosen;
+    const double size = chosen == 0 ? choose_size(scene, lattice) : chosen;
     TRY(check_size(context, scene, lattice, size));
 
     // Room for the surroundings: joints reach beyond the box, triangles too.

@@ -4,7 +4,7 @@
 // joints. Holes, regions and joints that reach far beyond the scene are clipped to its
 // surroundings, where there is no material. Each joint end gets a tail of about 2^-30 of the
 // scene's size, so that a joint that misses its neighbour by rounding still meets it; a tail that
-// meets nothing is trimmed.
+// meets nothing is trimmed. The lines of the mesh follow, unless each block is one cover.
 
 #include "cut.h"
 
@@ -146,5 +146,5 @@ nmm_status nmm_cut_outline(nmm_cut *cut) {
         TRY(add_area(cut, &box, k));
     for (int k = 0; k < cut->body.n_joint; k++)
         TRY(add_joint(cut, &box, k));
-    return nmm_cut_mesh(cut);
+    return nmm_cut_whole_blocks(cut) ? NMM_OK : nmm_cut_mesh(cut);
 }

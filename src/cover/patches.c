@@ -4,6 +4,8 @@
 // Covers: each element has three slots, one for each node of its triangle; across an edge that
 // connects, slots of the same node are joined. What is left over are the connected pieces of the
 // node's star: a joint that passes through divides them, one that ends inside does not.
+// With covers.mesh: block each block has one cover of order 1. Its space, the linear functions on
+// the block, is that of three covers of order 0 which no other block shares, and so it is kept.
 
 #include "cut.h"
 
@@ -135,8 +137,24 @@ static nmm_status add_covers(nmm_cut *cut, int base) {
     return NMM_OK;
 }
 
+// Three covers for each new block, shared by all its elements.
+static nmm_status add_whole_blocks(nmm_cut *cut, int base) {
+    nmm_draft *draft = &cut->draft;
+    const int n_cover = 3 * draft->n_block;
+    TRY(nmm_grow(cut->context, &draft->cover, &draft->cover_capacity, n_cover,
+                 sizeof(nmm_draft_cover)));
+    for (int c = draft->n_cover; c < n_cover; c++)
+        draft->cover[c] = (nmm_draft_cover){{c % 3, c / 3}, c / 3};
+    draft->n_cover = n_cover;
+    for (int e = base; e < draft->n_element; e++) {
+        for (int i = 0; i < 3; i++)
+            draft->element[e].cover[i] = 3 * draft->element[e].block + i;
+    }
+    return NMM_OK;
+}
+
 nmm_status nmm_cut_patches(nmm_cut *cut) {
     const int base = cut->draft.n_element;
     TRY(add_elements(cut));
-    return add_covers(cut, base);
+    return nmm_cut_whole_blocks(cut) ? add_whole_blocks(cut, base) : add_covers(cut, base);
 }

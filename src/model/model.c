@@ -169,10 +169,11 @@ static double distance_to_element(const nmm_model *model, int e, nmm_vec2 place)
 int nmm_model_find_element(const nmm_model *model, nmm_vec2 place, double reach) {
     int found = -1;
     double nearest = reach * reach;
+    // Elements of a lattice end within two sides of their centres; whole blocks end anywhere.
+    const double far = model->whole_blocks ? INFINITY : 2 * model->size + reach;
     for (int e = 0; e < model->n_element; e++) {
         const double dx = place.x - model->element_centre[2 * e];
         const double dy = place.y - model->element_centre[2 * e + 1];
-        const double far = 2 * model->size + reach;
         if (dx * dx + dy * dy > far * far) continue;
         const double distance = distance_to_element(model, e, place);
         // The first of equals wins; a place inside wins over one on the edge.

@@ -84,10 +84,11 @@ typedef struct nmm_model {
     int n_cover, n_element, n_corner, n_point, n_vertex;
     int n_block, n_material, n_interface, n_support, n_support_group, n_hold, n_load, n_monitor,
         n_history;
-    nmm_vec2 origin; // [m] coordinates of the scene = coordinates of the model + origin
-    double size;     // [m] h of the lattice: distance of neighbouring nodes
-    double height;   // [m] half the larger side of the scene's box
-    nmm_box box;     // of all points, model coordinates
+    nmm_vec2 origin;   // [m] coordinates of the scene = coordinates of the model + origin
+    double size;       // [m] h: distance of neighbouring lattice nodes, or size of a usual block
+    double height;     // [m] half the larger side of the scene's box
+    nmm_box box;       // of all points, model coordinates
+    bool whole_blocks; // each block has three covers of its own, for its linear functions
 
 #define FIELD(type, name, count, width, unit, meaning) type *name;
 #include "model_fields.inl"

@@ -54,11 +54,33 @@ static nmm_status build_time(nmm_builder *b) {
     return note_number(b, "output.every", s->output_every, "end / 100; about a hundred frames");
 }
 
+// Linear functions for whole blocks, constant ones on the lattice.
+static nmm_status check_covers(nmm_builder *b) {
+    const raw_covers *raw = &b->raw->covers;
+    const raw_head *head = &raw->head;
+    if (!raw_good(head, "mesh") || !raw_good(head, "order")) return NMM_OK;
+    if (raw->mesh == NMM_MESH_LATTICE && raw->order == 1) {
+        return nmm_complain(
+            b->reader, raw_mark(head, "order"),
+            "order 1 on a lattice is not supported yet; allowed: 0, or mesh: block");
+    }
+    if (raw->mesh == NMM_MESH_LATTICE) return NMM_OK;
+    if (raw->order == 0) {
+        TRY(nmm_complain(b->reader, raw_mark(head, "order"),
+                         "a cover of order 0 cannot turn; with mesh: block the order is 1"));
+    }
+    if (!raw_given(head, "size") || raw->size <= 0) return NMM_OK;
+    return nmm_complain(b->reader, raw_key_mark(head, "size"),
+                        "'size' belongs to mesh: lattice; with mesh: block a cover is as large as "
+                        "its block: leave size out or say auto");
+}
+
 static void copy_settings(nmm_builder *b) {
     const raw_scene *raw = b->raw;
     nmm_scene_settings *s = &b->scene->settings;
     s->cover_size = raw->covers.size;
     s->size_mark = raw_mark(&raw->covers.head, "size");
+    s->mesh = (nmm_mesh)raw->covers.mesh;
     s->penalty = raw->contact.penalty;
     s->contact_method = (nmm_contact_method)raw->contact.method;
     s->damping = raw->analysis.damping;
@@ -159,6 +181,7 @@ nmm_status nmm_scene_build(nmm_reader *reader, const raw_scene *raw) {
     TRY(nmm_build_places(&b));
     TRY(build_initial(&b));
     TRY(build_base_motion(&b));
+    TRY(check_covers(&b));
     copy_settings(&b);
     TRY(build_time(&b));
     return note_filled(&b);

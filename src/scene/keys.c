@@ -199,16 +199,20 @@ static const nmm_object interface_object = OBJECT(
 // --- Covers, supports, loads
 
 static const nmm_word order_words[] = {
-    {"0", 0, false}, {"1", 1, true}, {"2", 2, true}, {NULL, 0, false}};
-static const nmm_word mesh_words[] = {{"lattice", 0, false}, {"block", 1, true}, {NULL, 0, false}};
+    {"auto", -1, false}, {"0", 0, false}, {"1", 1, false}, {"2", 2, true}, {NULL, 0, false}};
+static const nmm_word mesh_words[] = {
+    {"lattice", NMM_MESH_LATTICE, false}, {"block", NMM_MESH_BLOCK, false}, {NULL, 0, false}};
 static const nmm_key covers_keys[] = {
     {"size", KEY(raw_covers, size), .dimension = {NMM_LENGTH}, .range = ABOVE(0), .automatic = true,
-     .standard = "auto", .why = "chosen from the size of the scene",
-     .meaning = "distance of neighbouring lattice nodes"},
+     .standard = "auto", .why = "chosen from the size of the scene, or of its blocks",
+     .meaning = "distance of neighbouring lattice nodes; not with `mesh: block`"},
     {"order", KEY(raw_covers, order), .kind = NMM_VALUE_CHOICE, .word = order_words,
-     .standard = "0", .why = "two unknowns a cover", .meaning = "order of the cover functions"},
+     .standard = "auto", .why = "0 on a lattice, 1 for whole blocks",
+     .meaning = "order of the cover functions: 0 on a lattice, 1 with `mesh: block`"},
     {"mesh", KEY(raw_covers, mesh), .kind = NMM_VALUE_CHOICE, .word = mesh_words,
-     .standard = "lattice", .why = "regular triangles", .meaning = "mathematical mesh"},
+     .standard = "lattice", .why = "regular triangles",
+     .meaning =
+         "mathematical mesh; `block`: one cover for each block, six unknowns, uniform strain"},
 };
 static const nmm_object covers_object =
     OBJECT("covers", covers_keys, raw_covers, .noted = true, .meaning = "The mathematical mesh.");

@@ -86,6 +86,8 @@ typedef struct nmm_scene_monitor {
 } nmm_scene_monitor;
 
 typedef enum nmm_contact_method { NMM_CONTACT_PENALTY, NMM_CONTACT_AUGMENTED } nmm_contact_method;
+/// Mathematical mesh: regular triangles, or one cover of order 1 for each block of rock.
+typedef enum nmm_mesh { NMM_MESH_LATTICE, NMM_MESH_BLOCK } nmm_mesh;
 typedef enum nmm_mass { NMM_MASS_CONSISTENT, NMM_MASS_LUMPED } nmm_mass;
 typedef enum nmm_method {
     NMM_METHOD_AUTO,
@@ -110,6 +112,7 @@ typedef enum nmm_stop { NMM_STOP_RESIDUAL, NMM_STOP_AVERAGE_CHANGE } nmm_stop;
 typedef struct nmm_scene_settings {
     double cover_size;  // covers.size [m]; 0: chosen from the scene
     nmm_mark size_mark; // of covers.size
+    nmm_mesh mesh;      // covers.mesh
     double penalty;     // contact.penalty, times Young's modulus; 0: auto
     nmm_contact_method contact_method;
     double damping;        // analysis.damping [1/s]

@@ -32,7 +32,8 @@ static void say_feature(text *out, const char *what, bool on, const char *if_on,
 
 // What was left on auto, as numbers.
 static void say_numbers(text *out, const nmm_sim *sim) {
-    say(out, "chosen: covers of %g m; no point moves further than %g m in a step\n",
+    say(out, "chosen: %s of %g m; no point moves further than %g m in a step\n",
+        sim->model.whole_blocks ? "a cover for each block, half of them below" : "covers",
         sim->model.size, sim->allowed);
     say(out, "chosen: solver %s on the %s with %d thread%s\n", sim->summary.method,
         sim->summary.device, sim->context.n_thread, sim->context.n_thread > 1 ? "s" : "");

@@ -187,7 +187,7 @@ nmm_status nmm_sim_check(nmm_sim *sim, nmm_check *check) {
     *check = (nmm_check){
         .blocks = model->n_block,
         .elements = model->n_element,
-        .covers = model->n_cover,
+        .covers = model->whole_blocks ? model->n_block : model->n_cover,
         .unknowns = 2 * model->n_cover,
         .points = model->n_point,
         .vertices = model->n_vertex,
@@ -212,7 +212,7 @@ void nmm_sim_summary(nmm_sim *sim, nmm_summary *summary) {
     nmm_summary *s = &sim->summary;
     s->blocks = sim->model.n_block;
     s->elements = sim->model.n_element;
-    s->covers = sim->model.n_cover;
+    s->covers = sim->model.whole_blocks ? sim->model.n_block : sim->model.n_cover;
     s->unknowns = 2 * sim->model.n_cover;
     s->contacts = sim->state.n_contact;
     s->cover_size = sim->model.size;

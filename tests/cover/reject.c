@@ -124,10 +124,10 @@ static void fill_scene(stage *s) {
     stage_block(s, 3, (double[]){8, 0, 9, 3, 7, 3}, "neighbour");
 }
 
-static void memory_runs_out(void **state) {
-    (void)state;
+static void run_out_of_memory(nmm_mesh mesh) {
     stage s;
     fill_scene(&s);
+    s.scene.settings.mesh = mesh;
     nmm_context limited = {.n_thread = 1, .allocate = burning_allocate};
     long n = 0;
     for (;; n++) {
@@ -143,6 +143,12 @@ static void memory_runs_out(void **state) {
     }
     assert_true(n > 30);
     stage_close(&s);
+}
+
+static void memory_runs_out(void **state) {
+    (void)state;
+    run_out_of_memory(NMM_MESH_LATTICE);
+    run_out_of_memory(NMM_MESH_BLOCK);
 }
 
 int main(void) {
