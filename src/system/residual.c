@@ -67,20 +67,16 @@ nmm_vec2 nmm_support_reaction(const nmm_model *model, const nmm_state *state, in
 
 // --- Parts
 
-// Stress and inner forces of each element, eq. (3.8).
+// Stress and inner forces of each element, eq. (3.8), by chunks.
 static void elements_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
                           int n_thread) {
-    const int n = model->n_element;
+    enum { CHUNK = 256 };
+    const int n = model->n_element, n_chunk = (n + CHUNK - 1) / CHUNK;
+    const nmm_inner inner = {system->piola, system->element_force};
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
-    for (int e = 0; e < n; e++) {
-        const int *cover = model->element_cover + 3 * (long)e;
-        const double *u = state->displacement + 2 * (long)cover[0];
-        const double *v = state->displacement + 2 * (long)cover[1];
-        const double *w = state->displacement + 2 * (long)cover[2];
-        const double d[6] = {u[0], u[1], v[0], v[1], w[0], w[1]};
-        nmm_element_pull(model, system->elastic[model->element_material[e]],
-                         state->initial_stress + 3 * (long)e, e, d, system->piola + 4 * (long)e,
-                         system->element_force + 6 * (long)e);
+    for (int k = 0; k < n_chunk; k++) {
+        const int first = k * CHUNK, end = nmm_min_int(n, first + CHUNK);
+        nmm_inner_fill(model, state, system->elastic, &inner, first, end);
     }
 }
 
