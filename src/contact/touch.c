@@ -18,17 +18,8 @@
 
 #include <math.h>
 
-nmm_edge_line nmm_edge_line_of(const nmm_model *model, const nmm_state *state, int e) {
-    const nmm_vec2 p = nmm_vertex_place(model, state, e);
-    const nmm_vec2 q = nmm_vertex_place(model, state, model->vertex_next[e]);
-    const nmm_vec2 along = nmm_vec2_sub(q, p);
-    const double length = sqrt(nmm_vec2_dot(along, along));
-    const nmm_vec2 t = length > 0 ? nmm_vec2_scale(1 / length, along) : (nmm_vec2){1, 0};
-    return (nmm_edge_line){.p = p, .q = q, .t = t, .n = {t.y, -t.x}, .length = length};
-}
-
-static nmm_edge_line line_of(const nmm_narrowing *now, int e) {
-    return nmm_edge_line_of(now->model, now->state, e);
+static const nmm_edge_line *line_of(const nmm_narrowing *now, int e) {
+    return &now->line[e];
 }
 
 // 1: edge-edge, 0: corner, between: both in part.
@@ -85,7 +76,7 @@ static void add_raw(nmm_narrowing *now, const candidate *c, nmm_raw raw) {
     raw.vertex = c->vertex;
     raw.edge = c->edge;
     raw.gap = c->gap;
-    if (now->out != NULL) now->out[now->n] = raw;
+    if (now->n < now->room) now->out[now->n] = raw;
     now->n += 1;
 }
 
@@ -157,22 +148,26 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
 // --- Corner on edge
 
 // The edge that arrives at a vertex; one without length is passed over.
-static nmm_edge_line line_before(const nmm_narrowing *now, int vertex) {
+static const nmm_edge_line *line_before(const nmm_narrowing *now, int vertex) {
     int e = now->model->vertex_prev[vertex];
-    nmm_edge_line line = line_of(now, e);
-    for (int k = 0; k < 8 && line.length <= NMM_EXACT * now->model->size; k++) {
+    const nmm_edge_line *line = line_of(now, e);
+    for (int k = 0; k < 8 && line->length <= NMM_EXACT * now->model->size; k++) {
         e = now->model->vertex_prev[e];
         line = line_of(now, e);
     }
     return line;
 }
 
-// Both edges at the vertex lie in front of the line of e; *share is how parallel they are to it.
+// Both edges at the vertex lie in front of the line of e, and none is parallel to it; *share is how
+// far they are.
 static bool admissible(const nmm_narrowing *now, int vertex, const nmm_edge_line *e,
                        double *share) {
-    const nmm_edge_line out = line_of(now, vertex), in = line_before(now, vertex);
-    *share = nmm_max(share_parallel(&out, e), share_parallel(&in, e));
-    return nmm_vec2_dot(out.t, e->n) >= -NMM_SLANTED && nmm_vec2_dot(in.t, e->n) <= NMM_SLANTED;
+    const nmm_edge_line *out = line_of(now, vertex), *in = line_before(now, vertex);
+    if (nmm_vec2_dot(out->t, e->n) < -NMM_SLANTED || nmm_vec2_dot(in->t, e->n) > NMM_SLANTED) {
+        return false;
+    }
+    *share = nmm_max(share_parallel(out, e), share_parallel(in, e));
+    return *share < 1;
 }
 
 // The first edge beyond `edge` (in one direction) that is not in line with it.
@@ -180,9 +175,9 @@ static int edge_round_the_corner(const nmm_narrowing *now, int edge, const nmm_e
                                  const int *step) {
     int other = step[edge];
     for (int k = 0; k < 16 && other != edge; k++, other = step[other]) {
-        const nmm_edge_line o = line_of(now, other);
-        if (o.length <= NMM_EXACT * now->model->size) continue;
-        if (fabs(nmm_vec2_cross(e->t, o.t)) > 1e-3 || nmm_vec2_dot(e->t, o.t) < 0) break;
+        const nmm_edge_line *o = line_of(now, other);
+        if (o->length <= NMM_EXACT * now->model->size) continue;
+        if (fabs(nmm_vec2_cross(e->t, o->t)) > 1e-3 || nmm_vec2_dot(e->t, o->t) < 0) break;
     }
     return other;
 }
@@ -195,10 +190,10 @@ static double room_behind(const nmm_narrowing *now, int edge, const nmm_edge_lin
     double room = INFINITY;
     for (int k = 0; k < 2; k++) {
         const int other = edge_round_the_corner(now, edge, e, step[k]);
-        const nmm_edge_line o = line_of(now, other);
-        const double turn = nmm_vec2_cross(e->t, o.t);
+        const nmm_edge_line *o = line_of(now, other);
+        const double turn = nmm_vec2_cross(e->t, o->t);
         const bool convex = k == 0 ? turn > 0 : turn < 0;
-        if (convex) room = nmm_min(room, -gap_of(&o, place));
+        if (convex) room = nmm_min(room, -gap_of(o, place));
     }
     return room;
 }
@@ -210,19 +205,19 @@ static bool meets_beyond(const nmm_narrowing *now, int edge, const nmm_edge_line
     if (gap >= 0) return true;
     const nmm_model *model = now->model;
     const int next = along < 0 ? model->vertex_prev[edge] : model->vertex_next[edge];
-    const double turn = nmm_vec2_cross(e->t, line_of(now, next).t);
+    const double turn = nmm_vec2_cross(e->t, line_of(now, next)->t);
     return along < 0 ? turn > 0 : turn < 0;
 }
 
 static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line *e) {
     const double size = now->model->size;
-    const nmm_vec2 place = nmm_vertex_place(now->model, now->state, vertex);
+    const nmm_vec2 place = line_of(now, vertex)->p;
     const double along = nmm_vec2_dot(e->t, nmm_vec2_sub(place, e->p)), gap = gap_of(e, place);
     double beyond = nmm_max(-along, along - e->length);
     if (beyond <= NMM_EXACT * size) beyond = 0;
     if (beyond > now->reach || gap > now->reach || gap < -NMM_DEEPEST * size) return;
     double share = 0;
-    if (!admissible(now, vertex, e, &share) || share >= 1) return;
+    if (!admissible(now, vertex, e, &share)) return;
     if (beyond > 0 && !meets_beyond(now, edge, e, along, gap)) return;
     candidate c = {.vertex = vertex, .edge = edge, .gap = gap, .probe = place};
     if (gap < 0) c.room = room_behind(now, edge, e, place);
@@ -231,11 +226,11 @@ static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line
 }
 
 void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair) {
-    const nmm_edge_line a = line_of(now, pair.a), b = line_of(now, pair.b);
+    const nmm_edge_line *a = line_of(now, pair.a), *b = line_of(now, pair.b);
     const double least = NMM_EXACT * now->model->size;
-    if (a.length <= least || b.length <= least) return;
-    const double share = share_parallel(&a, &b);
-    if (share > 0) edge_edge(now, pair.a, pair.b, &a, &b, share);
-    corner(now, pair.a, pair.b, &b);
-    corner(now, pair.b, pair.a, &a);
+    if (a->length <= least || b->length <= least) return;
+    const double share = share_parallel(a, b);
+    if (share > 0) edge_edge(now, pair.a, pair.b, a, b, share);
+    corner(now, pair.a, pair.b, b);
+    corner(now, pair.b, pair.a, a);
 }

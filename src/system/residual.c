@@ -109,7 +109,8 @@ static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int k = 0; k < n; k++) {
         double *pull = system->pull + 6 * (long)k;
-        if (state->contact[k].mode == NMM_CONTACT_OPEN)
+        system->mode[k] = (unsigned char)state->contact[k].mode;
+        if (system->mode[k] == NMM_CONTACT_OPEN)
             memset(pull, 0, 6 * sizeof *pull);
         else
             nmm_contact_pull(model, state, &state->contact[k], pull);
