@@ -11,6 +11,7 @@
 
 /// Lengths as parts of the cover size h.
 #define NMM_EXACT 1e-9  // rounding of places
+#define NMM_TINY 1e-5   // edges shorter than this have no direction of their own: they are left out
 #define NMM_TOUCH 1e-6  // overlap that counts as touching
 #define NMM_SAME 1e-4   // of two vertices nearer than this the one that was listed stays
 #define NMM_CORNER 0.5  // tributary length of a corner

@@ -22,6 +22,18 @@ static const nmm_edge_line *line_of(const nmm_narrowing *now, int e) {
     return &now->line[e];
 }
 
+static bool is_tiny(const nmm_narrowing *now, const nmm_edge_line *line) {
+    return line->length <= NMM_TINY * now->model->size;
+}
+
+// The vertex at the end of edge e; where tiny edges follow, the one behind them stands for all.
+static int end_vertex(const nmm_narrowing *now, int e) {
+    int v = now->model->vertex_next[e];
+    for (int k = 0; k < 8 && is_tiny(now, line_of(now, v)); k++)
+        v = now->model->vertex_next[v];
+    return v;
+}
+
 // 1: edge-edge, 0: corner, between: both in part.
 static double share_parallel(const nmm_edge_line *f, const nmm_edge_line *e) {
     if (nmm_vec2_dot(f->t, e->t) >= 0) return 0;
@@ -71,7 +83,7 @@ static bool listed(const nmm_narrowing *now, const candidate *c) {
 
 static void add_raw(nmm_narrowing *now, const candidate *c, nmm_raw raw) {
     // The tip of a crack ends both edges there.
-    if (c->vertex == c->edge || c->vertex == now->model->vertex_next[c->edge]) return;
+    if (c->vertex == c->edge || c->vertex == end_vertex(now, c->edge)) return;
     if (!listed(now, c)) return;
     raw.vertex = c->vertex;
     raw.edge = c->edge;
@@ -122,7 +134,7 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
     // Probes stand a twentieth of the interval away from its ends.
     const nmm_vec2 on_f = nmm_vec2_scale(0.05 * shared, lf->t);
     const nmm_vec2 on_e = nmm_vec2_scale(0.05 * shared, le->t);
-    const int next_e = now->model->vertex_next[e], next_f = now->model->vertex_next[f];
+    const int next_e = end_vertex(now, e), next_f = end_vertex(now, f);
     const interval_end high = {.u = f,
                                .e = e,
                                .w = next_e,
@@ -147,11 +159,11 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
 
 // --- Corner on edge
 
-// The edge that arrives at a vertex; one without length is passed over.
+// The edge that arrives at a vertex; tiny ones are passed over.
 static const nmm_edge_line *line_before(const nmm_narrowing *now, int vertex) {
     int e = now->model->vertex_prev[vertex];
     const nmm_edge_line *line = line_of(now, e);
-    for (int k = 0; k < 8 && line->length <= NMM_EXACT * now->model->size; k++) {
+    for (int k = 0; k < 8 && is_tiny(now, line); k++) {
         e = now->model->vertex_prev[e];
         line = line_of(now, e);
     }
@@ -176,7 +188,7 @@ static int edge_round_the_corner(const nmm_narrowing *now, int edge, const nmm_e
     int other = step[edge];
     for (int k = 0; k < 16 && other != edge; k++, other = step[other]) {
         const nmm_edge_line *o = line_of(now, other);
-        if (o->length <= NMM_EXACT * now->model->size) continue;
+        if (is_tiny(now, o)) continue;
         if (fabs(nmm_vec2_cross(e->t, o->t)) > 1e-3 || nmm_vec2_dot(e->t, o->t) < 0) break;
     }
     return other;
@@ -203,9 +215,9 @@ static double room_behind(const nmm_narrowing *now, int edge, const nmm_edge_lin
 static bool meets_beyond(const nmm_narrowing *now, int edge, const nmm_edge_line *e, double along,
                          double gap) {
     if (gap >= 0) return true;
-    const nmm_model *model = now->model;
-    const int next = along < 0 ? model->vertex_prev[edge] : model->vertex_next[edge];
-    const double turn = nmm_vec2_cross(e->t, line_of(now, next)->t);
+    const nmm_edge_line *next =
+        along < 0 ? line_before(now, edge) : line_of(now, end_vertex(now, edge));
+    const double turn = nmm_vec2_cross(e->t, next->t);
     return along < 0 ? turn > 0 : turn < 0;
 }
 
@@ -227,8 +239,8 @@ static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line
 
 void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair) {
     const nmm_edge_line *a = line_of(now, pair.a), *b = line_of(now, pair.b);
-    const double least = NMM_EXACT * now->model->size;
-    if (a->length <= least || b->length <= least) return;
+    // The vertex of a tiny edge is stood for by the one behind it.
+    if (is_tiny(now, a) || is_tiny(now, b)) return;
     const double share = share_parallel(a, b);
     if (share > 0) edge_edge(now, pair.a, pair.b, a, b, share);
     corner(now, pair.a, pair.b, b);
