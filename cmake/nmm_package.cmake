@@ -1,13 +1,16 @@
-# What is installed and packaged: program, library, header, package files for CMake and pkg-config,
+# What is installed and packaged: program, library, headers, scenes, package files for CMake and pkg-config,
 # man pages where help2man is, completion for bash.
 
 include(CMakePackageConfigHelpers)
 
 install(TARGETS nmm)
 install(TARGETS nmm_library EXPORT nmm_targets)
-install(FILES ${PROJECT_SOURCE_DIR}/include/nmm/nmm.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/nmm)
+install(FILES ${PROJECT_SOURCE_DIR}/include/nmm/nmm.h ${PROJECT_SOURCE_DIR}/include/nmm/study.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/nmm)
 install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
   ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# Scenes of `nmm bench`, which looks for them there.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/paper
+  DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/nmm/examples FILES_MATCHING PATTERN scene.yaml)
 install(FILES ${PROJECT_SOURCE_DIR}/src/cli/completion.bash RENAME nmm
   DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions)
 

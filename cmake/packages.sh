@@ -5,7 +5,7 @@
 # Asks apt-get only for what is missing, so that it works without a network once all is there.
 
 packages_build="build-essential cmake ninja-build pkg-config libhdf5-dev libyaml-dev
-    libcairo2-dev libsuitesparse-dev fonts-dejavu-core"
+    libcairo2-dev libpng-dev fonts-dejavu-core"
 
 packages_test="libcmocka-dev python3 python3-h5py python3-vtk9 python3-jsonschema python3-yaml
     clang-14 clang-tools-14 libclang-rt-14-dev llvm-14 libomp-14-dev clang-format-14 clang-tidy-14

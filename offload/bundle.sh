@@ -43,9 +43,8 @@ clang)
     exit 2
     ;;
 esac
-# Without the direct solver, whose libraries are many and which runs on the host alone.
 # shellcheck disable=SC2016 # $ORIGIN is for the loader
-cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DNMM_DIRECT=OFF \
+cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_C_COMPILER="$compiler" -DNMM_TARGET_FLAGS="$flags" \
     -DCMAKE_EXE_LINKER_FLAGS="$link" -DCMAKE_SHARED_LINKER_FLAGS="$link" \
     -DCMAKE_BUILD_WITH_INSTALL_RPATH=ON -DCMAKE_INSTALL_RPATH='$ORIGIN/../lib' -DNMM_BUILD_TESTS=ON

@@ -22,4 +22,4 @@ ctest --preset dev -j "$(nproc)"
 cmake --preset release --fresh
 cmake --build build/release --target nmm verify_standing
 OMP_WAIT_POLICY=passive ctest --test-dir build/release --output-on-failure --no-tests=error \
-    -j "$(nproc)" -R '^(example_[a-z_]+|verify_drift|gate_threads_eventful|source_tidy)$'
+    -j "$(nproc)" -R '^(example_[a-z0-9_]+|verify_drift|gate_threads_eventful|source_tidy)$'

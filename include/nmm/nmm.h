@@ -80,6 +80,7 @@ typedef enum nmm_end {
                                  ///< an element turned inside out
     NMM_END_SOLVER_FAILED = -2,  ///< dt_min reached: the linear solver did not converge
     NMM_END_INTERRUPTED = -3,    ///< the caller stopped
+    NMM_END_NO_EQUILIBRIUM = -4, ///< statics: a block is free to move, or forces stay unbalanced
 } nmm_end;
 
 /// Energies [J] since the start. external = kinetic + strain + contact + friction + fracture +

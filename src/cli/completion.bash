@@ -24,7 +24,10 @@ _nmm() {
         mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
         ;;
     *)
-        if [[ $word == -* ]]; then
+        if [[ $command == bench && $word != -* && $COMP_CWORD == 2 ]]; then
+            words=$(nmm bench --help 2>/dev/null | sed -n '/^NAME is/,/^Each/s/^  \([a-z0-9]*\) .*/\1/p')
+            mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
+        elif [[ $word == -* ]]; then
             words=$(nmm "$command" --help 2>/dev/null | grep -o -- '--[a-z][a-z-]*' | sort -u)
             mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
         else

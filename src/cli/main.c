@@ -3,7 +3,8 @@
 // nmm, the command line: finds the command, reads its words, runs it.
 //
 // Results go to standard output, messages to standard error; the exit status tells what failed.
-// Only include/nmm/nmm.h is used, so whatever this program does, any other program can do.
+// Only the headers of include/nmm are used, so whatever this program does, any other program can
+// do.
 
 #include "message.h"
 #include "options.h"
@@ -12,8 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define BIT(option) (1u << (option))
 
 const command command_table[] = {
     {"run", "SCENE", "Compute a scene and write its run file",
@@ -76,6 +75,24 @@ const command command_table[] = {
          BIT(OPTION_DAMPING) | BIT(OPTION_FACTOR) | BIT(OPTION_MAX_ITERATIONS) |
          BIT(OPTION_REPEAT) | BIT(OPTION_JSON) | BIT(OPTION_QUIET),
      command_solve},
+    {"bench", "NAME", "Measure what the documentation tells, as tables and pictures",
+     "NAME is one of\n"
+     "  table1   shares of contact, assembly and solver; whole steps against SOR\n"
+     "  fig6     error against iteration of each method at one step of a tunnel\n"
+     "  fig7     speed-up of a solve against order, by threads and device\n"
+     "  contact  contact search against the number of blocks, up to 100 000\n"
+     "  wall     a brick wall, one cover a block, beside a public DDA program\n"
+     "  growth   time by phase and memory from 10^3 to 10^6 unknowns\n"
+     "  all      each of them\n"
+     "Each prints its table and writes NAME.csv, NAME.svg and NAME.png. Ctrl-C ends after the\n"
+     "measurement under way and writes what is there. Times are worth what else the machine "
+     "does.\n",
+     "  nmm bench table1\n"
+     "  nmm bench fig7 --threads 1,2,4 -o results\n"
+     "  nmm bench all --quick\n",
+     BIT(OPTION_FOLDER) | BIT(OPTION_SCENES) | BIT(OPTION_DEVICE) | BIT(OPTION_THREAD_LIST) |
+         BIT(OPTION_QUICK) | BIT(OPTION_JSON) | BIT(OPTION_QUIET),
+     command_bench},
     {NULL, NULL, NULL, NULL, NULL, 0, NULL}};
 
 const command *command_find(const char *name) {

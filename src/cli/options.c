@@ -54,6 +54,10 @@ static const option_row option_table[N_OPTION] = {
     [OPTION_SCALE] = {"scale", 0, "FACTOR", "factor on displacements (true scale)"},
     [OPTION_WIDTH] = {"width", 0, "PIXELS", "width of the picture (1600)"},
     [OPTION_VTU] = {"vtu", 0, "FOLDER", "write .pvd and one .vtu for each frame there"},
+    [OPTION_FOLDER] = {"output", 'o', "FOLDER", "where to write (bench)"},
+    [OPTION_THREAD_LIST] = {"threads", 't', "N,N...", "numbers of host threads (one, and all)"},
+    [OPTION_SCENES] = {"scenes", 0, "FOLDER", "scenes to compute (examples/paper, or installed)"},
+    [OPTION_QUICK] = {"quick", 0, NULL, "a short form, in seconds, good for a look only"},
     [OPTION_JSON] = {"json", 0, NULL, "print one JSON object on standard output"},
     [OPTION_QUIET] = {"quiet", 'q', NULL, "print errors only"},
     [OPTION_HELP] = {"help", 'h', NULL, "print this help"},
@@ -119,6 +123,21 @@ static bool read_setting(const char *text, arguments *given) {
     return true;
 }
 
+/// Numbers from 1 with commas between.
+static bool read_threads(const char *text, arguments *given) {
+    enum { MOST = sizeof given->thread_list / sizeof *given->thread_list };
+    char *end;
+    for (given->n_thread_list = 0; given->n_thread_list < MOST; text = end + 1) {
+        errno = 0;
+        const long n = strtol(text, &end, 10);
+        if (errno || end == text || n < 1 || n > 4096) return false;
+        given->thread_list[given->n_thread_list++] = (int)n;
+        if (*end == 0) return true;
+        if (*end != ',') return false;
+    }
+    return false;
+}
+
 /// STEP:ITERATION
 static bool read_dump(const char *text, arguments *given) {
     char *end;
@@ -166,6 +185,22 @@ static const char *keep_linear(int id, const char *value, nmm_linear_def *def) {
     }
 }
 
+/// The same, for those of `bench`.
+static const char *keep_bench(int id, const char *value, arguments *given) {
+    switch (id) {
+    case OPTION_FOLDER:
+        given->output = value;
+        return *value ? NULL : "a folder";
+    case OPTION_SCENES:
+        given->scenes = value;
+        return *value ? NULL : "a folder";
+    case OPTION_THREAD_LIST:
+        return read_threads(value, given) ? NULL : "whole numbers from 1 to 4096, as 1,2";
+    default:
+        return keep_linear(id, value, &given->linear);
+    }
+}
+
 /// Keep the value of an option; NULL on success, else what would have been right.
 static const char *keep_value(int id, const char *value, arguments *given) {
     switch (id) {
@@ -198,13 +233,14 @@ static const char *keep_value(int id, const char *value, arguments *given) {
     case OPTION_WIDTH:
         return read_integer(value, 100, 20000, &given->width) ? NULL : "100 to 20000 pixels";
     default:
-        return keep_linear(id, value, &given->linear);
+        return keep_bench(id, value, given);
     }
 }
 
 static void keep_switch(int id, arguments *given) {
     if (id == OPTION_JSON) given->json = true;
     if (id == OPTION_QUIET) given->quiet = true;
+    if (id == OPTION_QUICK) given->quick = true;
     if (id == OPTION_HELP) given->help = true;
     if (id == OPTION_VERSION) given->version = true;
 }
@@ -305,7 +341,7 @@ bool options_parse(const command *which, int n_word, char **word, arguments *giv
 
 // --- Help
 
-static void print_options(unsigned set) {
+static void print_options(uint64_t set) {
     for (int id = 0; id < N_OPTION; id++) {
         const option_row *row = &option_table[id];
         if (!(set >> id & 1u)) continue;
@@ -325,7 +361,7 @@ void help_command(const command *which) {
     printf("Usage: nmm %s %s [options]\n\n%s.\n%s", which->name, which->operand, which->purpose,
            which->detail);
     printf("\nOptions:\n");
-    print_options(which->options | 1u << OPTION_HELP | 1u << OPTION_VERSION);
+    print_options(which->options | BIT(OPTION_HELP) | BIT(OPTION_VERSION));
     printf("\nExamples:\n%s", which->examples);
 }
 
@@ -336,7 +372,7 @@ void help_program(void) {
     for (const command *c = command_table; c->name; c++)
         printf("  %-8s %s\n", c->name, c->purpose);
     printf("\nOptions:\n");
-    print_options(1u << OPTION_HELP | 1u << OPTION_VERSION);
+    print_options(BIT(OPTION_HELP) | BIT(OPTION_VERSION));
     printf("\nExamples:\n"
            "  nmm check slope.yaml               see what the scene comes to\n"
            "  nmm run slope.yaml                 compute; results in slope.vtkhdf\n"

@@ -46,12 +46,19 @@ typedef enum option_id {
     OPTION_SCALE,
     OPTION_WIDTH,
     OPTION_VTU,
+    OPTION_FOLDER,
+    OPTION_THREAD_LIST,
+    OPTION_SCENES,
+    OPTION_QUICK,
     OPTION_JSON,
     OPTION_QUIET,
     OPTION_HELP,
     OPTION_VERSION,
     N_OPTION
 } option_id;
+
+/// A set of options is one bit for each.
+#define BIT(option) (UINT64_C(1) << (option))
 
 /// What the user asked for. `set` is the caller's memory, room for one entry per argument.
 typedef struct arguments {
@@ -67,13 +74,16 @@ typedef struct arguments {
     double scale;
     int width;
     const char *vtu;
+    const char *scenes; // folder; NULL: found
+    int n_thread_list;  // 0: chosen
+    int thread_list[16];
     int n_step;            // 0: chosen
     double allow;          // 0: chosen
     long dump_step;        // 0: no system is to be written
     int dump_iteration;    // from 1
     const char *dump;      // prefix of its files
     nmm_linear_def linear; // of `solve`; path, device, threads and output stand above
-    bool json, quiet, help, version;
+    bool json, quiet, quick, help, version;
 } arguments;
 
 typedef struct command {
@@ -82,7 +92,7 @@ typedef struct command {
     const char *purpose;                // one line
     const char *detail;                 // more, whole lines
     const char *examples;               // whole lines
-    unsigned options;                   // bit set of option_id
+    uint64_t options;                   // bit set of option_id
     int (*run)(const arguments *given); // returns the exit status
 } command;
 
@@ -96,6 +106,7 @@ int command_plot(const arguments *given);
 int command_export(const arguments *given);
 int command_compare(const arguments *given);
 int command_solve(const arguments *given);
+int command_bench(const arguments *given);
 
 /// The command of that name, or NULL.
 const command *command_find(const char *name);

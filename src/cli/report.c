@@ -22,6 +22,8 @@ const char *end_name(nmm_end end) {
         return "step_too_small";
     case NMM_END_SOLVER_FAILED:
         return "solver_failed";
+    case NMM_END_NO_EQUILIBRIUM:
+        return "no_equilibrium";
     default:
         return "interrupted";
     }

@@ -69,14 +69,11 @@ int scene_open(nmm_sim **sim, const arguments *given) {
 
 int scene_warnings(const nmm_check *check, char warning[][WARNING_LENGTH]) {
     int n = 0;
-    if (check->joints_outside > 0)
-        snprintf(warning[n++], WARNING_LENGTH, "%d joints lie outside the domain and cut nothing",
-                 check->joints_outside);
     if (check->trimmed > 0)
         snprintf(warning[n++], WARNING_LENGTH,
-                 "%d joint ends were cut back to the edge of an element, %.3g m in all: a joint "
+                 "%d joint end%s cut back to the edge of an element, %.3g m in all: a joint "
                  "ends where it leaves an element; smaller covers lose less",
-                 check->trimmed, check->trimmed_length);
+                 check->trimmed, check->trimmed == 1 ? " was" : "s were", check->trimmed_length);
     // A sliver: an element a thousandth of its neighbours makes the equations stiff.
     if (check->elements > 0 && check->smallest_area < 1e-3 * check->mean_area)
         snprintf(warning[n++], WARNING_LENGTH,

@@ -168,15 +168,14 @@ static const nmm_contact *left_contact(const nmm_narrowing *now, int vertex, int
 }
 
 const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge) {
-    const nmm_model *model = now->model;
     const nmm_contact *old = nmm_contact_lookup(&now->last, vertex, edge);
     // The vertex passed a corner or a cut of the other side.
-    const int near[2] = {model->vertex_prev[edge], model->vertex_next[edge]};
+    const int near[2] = {nmm_vertex_before(now, edge), nmm_vertex_behind(now, edge)};
     for (int k = 0; k < 2 && old == NULL; k++)
         old = left_contact(now, vertex, near[k], edge, 1);
     // The other side's vertices at this place, on the edges that meet here.
-    const int other[2] = {edge, model->vertex_next[edge]};
-    const int side[2] = {vertex, model->vertex_prev[vertex]};
+    const int other[2] = {edge, nmm_vertex_behind(now, edge)};
+    const int side[2] = {vertex, nmm_vertex_before(now, vertex)};
     for (int k = 0; k < 4 && old == NULL; k++)
         old = left_contact(now, other[k / 2], side[k % 2], edge, -1);
     return old;

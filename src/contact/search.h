@@ -142,6 +142,11 @@ void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair);
 /// place left. NULL: there is none.
 const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge);
 
+/// The vertex or edge behind or before v on its loop, tiny edges passed over: the vertex that
+/// stands for all at its place, and the edge that begins there.
+int nmm_vertex_behind(const nmm_narrowing *now, int v);
+int nmm_vertex_before(const nmm_narrowing *now, int v);
+
 /// The contact (vertex, edge) of the last list, or NULL.
 static inline const nmm_contact *nmm_contact_lookup(const nmm_last_list *last, int vertex,
                                                     int edge) {

@@ -26,12 +26,19 @@ static bool is_tiny(const nmm_narrowing *now, const nmm_edge_line *line) {
     return line->length <= NMM_TINY * now->model->size;
 }
 
-// The vertex at the end of edge e; where tiny edges follow, the one behind them stands for all.
-static int end_vertex(const nmm_narrowing *now, int e) {
-    int v = now->model->vertex_next[e];
+static int pass_tiny(const nmm_narrowing *now, int v, const int *step) {
+    v = step[v];
     for (int k = 0; k < 8 && is_tiny(now, line_of(now, v)); k++)
-        v = now->model->vertex_next[v];
+        v = step[v];
     return v;
+}
+
+int nmm_vertex_behind(const nmm_narrowing *now, int v) {
+    return pass_tiny(now, v, now->model->vertex_next);
+}
+
+int nmm_vertex_before(const nmm_narrowing *now, int v) {
+    return pass_tiny(now, v, now->model->vertex_prev);
 }
 
 // 1: edge-edge, 0: corner, between: both in part.
@@ -83,7 +90,7 @@ static bool listed(const nmm_narrowing *now, const candidate *c) {
 
 static void add_raw(nmm_narrowing *now, const candidate *c, nmm_raw raw) {
     // The tip of a crack ends both edges there.
-    if (c->vertex == c->edge || c->vertex == end_vertex(now, c->edge)) return;
+    if (c->vertex == c->edge || c->vertex == nmm_vertex_behind(now, c->edge)) return;
     if (!listed(now, c)) return;
     raw.vertex = c->vertex;
     raw.edge = c->edge;
@@ -134,7 +141,7 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
     // Probes stand a twentieth of the interval away from its ends.
     const nmm_vec2 on_f = nmm_vec2_scale(0.05 * shared, lf->t);
     const nmm_vec2 on_e = nmm_vec2_scale(0.05 * shared, le->t);
-    const int next_e = end_vertex(now, e), next_f = end_vertex(now, f);
+    const int next_e = nmm_vertex_behind(now, e), next_f = nmm_vertex_behind(now, f);
     const interval_end high = {.u = f,
                                .e = e,
                                .w = next_e,
@@ -159,15 +166,9 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
 
 // --- Corner on edge
 
-// The edge that arrives at a vertex; tiny ones are passed over.
+// The edge that arrives at a vertex.
 static const nmm_edge_line *line_before(const nmm_narrowing *now, int vertex) {
-    int e = now->model->vertex_prev[vertex];
-    const nmm_edge_line *line = line_of(now, e);
-    for (int k = 0; k < 8 && is_tiny(now, line); k++) {
-        e = now->model->vertex_prev[e];
-        line = line_of(now, e);
-    }
-    return line;
+    return line_of(now, nmm_vertex_before(now, vertex));
 }
 
 // Both edges at the vertex lie in front of the line of e, and none is parallel to it; *share is how
@@ -216,7 +217,7 @@ static bool meets_beyond(const nmm_narrowing *now, int edge, const nmm_edge_line
                          double gap) {
     if (gap >= 0) return true;
     const nmm_edge_line *next =
-        along < 0 ? line_before(now, edge) : line_of(now, end_vertex(now, edge));
+        along < 0 ? line_before(now, edge) : line_of(now, nmm_vertex_behind(now, edge));
     const double turn = nmm_vec2_cross(e->t, next->t);
     return along < 0 ? turn > 0 : turn < 0;
 }

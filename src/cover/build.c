@@ -73,6 +73,55 @@ static nmm_status cut_block(nmm_cut *cut, const nmm_scene_block *block) {
     return cut_body(cut);
 }
 
+// --- Joints that cut nothing
+
+// Warnings of single joints that are written out.
+enum { MOST_TOLD = 8 };
+
+// Traces begin .. end - 1 of a joint set, as one warning.
+static nmm_status warn_set(nmm_cut *cut, int begin, int end) {
+    const nmm_scene_joint *joint = &cut->scene->joint[begin];
+    int n = 0;
+    for (int k = begin; k < end; k++)
+        n += !cut->touched[k];
+    if (n == 0) return NMM_OK;
+    return nmm_scene_warn(cut->context, cut->scene, joint->mark,
+                          "'%.60s': %d of the %d traces of this joint set %s outside the domain "
+                          "and %s nothing",
+                          joint->name != NULL ? joint->name : "", n, end - begin,
+                          n == 1 ? "lies" : "lie", n == 1 ? "cuts" : "cut");
+}
+
+static nmm_status warn_joint(nmm_cut *cut, int k, int before) {
+    const nmm_scene_joint *joint = &cut->scene->joint[k];
+    if (before > MOST_TOLD) return NMM_OK;
+    if (before == MOST_TOLD) {
+        return nmm_scene_warn(cut->context, cut->scene, joint->mark,
+                              "more joints from here on lie outside the domain and cut nothing");
+    }
+    return nmm_scene_warn(cut->context, cut->scene, joint->mark,
+                          "'%.60s': this joint lies outside the domain and cuts nothing",
+                          joint->name != NULL ? joint->name : "");
+}
+
+// The traces of a set follow each other.
+static nmm_status warn_outside(nmm_cut *cut) {
+    const nmm_scene *scene = cut->scene;
+    int n = 0;
+    for (int k = 0, end; k < scene->n_joint; k = end) {
+        const int set = scene->joint[k].set;
+        for (end = k + 1; set >= 0 && end < scene->n_joint && scene->joint[end].set == set;)
+            end += 1;
+        if (set >= 0)
+            TRY(warn_set(cut, k, end));
+        else if (!cut->touched[k])
+            TRY(warn_joint(cut, k, n++));
+        for (int i = k; i < end; i++)
+            cut->report->n_joint_outside += !cut->touched[i];
+    }
+    return NMM_OK;
+}
+
 static nmm_status cut_scene(nmm_cut *cut) {
     const nmm_scene *scene = cut->scene;
     TRY(nmm_lattice_choose(cut->context, cut->scene, &cut->lattice));
@@ -82,8 +131,7 @@ static nmm_status cut_scene(nmm_cut *cut) {
     TRY(cut_domain(cut));
     for (int k = 0; k < scene->n_block; k++)
         TRY(cut_block(cut, &scene->block[k]));
-    for (int k = 0; k < scene->n_joint; k++)
-        cut->report->n_joint_outside += !cut->touched[k];
+    TRY(warn_outside(cut));
     cut->report->snap = cut->lattice.spacing;
     cut->report->weld = (double)cut->lattice.reach * cut->lattice.spacing;
     cut->report->size_chosen = (double)cut->lattice.side * cut->lattice.spacing;

@@ -224,7 +224,7 @@ static nmm_status read_summary(nmm_file *file, nmm_h5 *h5, nmm_summary *summary)
     TRY(nmm_file_begin(file, h5));
     TRY(nmm_h5_single_get(h5, name, &nmm_record_summary, summary));
     const int end = (int)summary->end;
-    if (end < NMM_END_INTERRUPTED || end > NMM_END_COMPLETED)
+    if (end < NMM_END_NO_EQUILIBRIUM || end > NMM_END_COMPLETED)
         return nmm_h5_fail_read(h5, name, "end out of range");
     return NMM_OK;
 }

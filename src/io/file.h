@@ -32,6 +32,8 @@ struct nmm_file {
     int n_monitor;
     nmm_file_monitor_head *monitor; // [n_monitor]
     bool has_geometry;
+    int n_history;
+    nmm_history *history; // [n_history] factors of loads, by their numbers; n = 0: none
     nmm_file_geometry geometry;
 };
 

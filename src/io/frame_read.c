@@ -5,6 +5,7 @@
 
 #include "file.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -149,6 +150,31 @@ static nmm_status read_frame(nmm_file *file, nmm_h5 *h5, nmm_file_frame *frame) 
     return NMM_OK;
 }
 
+// Factors of the loads' histories at the time of the frame, and the largest of all frames.
+static nmm_status find_factors(nmm_file *file, nmm_file_frame *frame) {
+    const nmm_file_geometry *g = &file->geometry;
+    const size_t n = (size_t)g->n_load;
+    double *most = NULL;
+    TRY(nmm_allocate(&file->context, &frame->load_factor, n, sizeof *frame->load_factor));
+    TRY(nmm_allocate(&file->context, &frame->load_most, n, sizeof *frame->load_most));
+    TRY(nmm_allocate(&file->context, &most, (size_t)file->n_history, sizeof *most));
+    for (int h = 0; h < file->n_history; h++) {
+        for (int k = 0; k < file->n_frame && file->history[h].n > 0; k++) {
+            double factor = 0;
+            nmm_history_value(&file->history[h], file->time[k], &factor);
+            most[h] = nmm_max(most[h], fabs(factor));
+        }
+    }
+    for (int i = 0; i < g->n_load; i++) {
+        const int h = g->load[i].history;
+        frame->load_factor[i] = 1;
+        frame->load_most[i] = h >= 0 ? most[h] : 1;
+        if (h >= 0) nmm_history_value(&file->history[h], frame->time, &frame->load_factor[i]);
+    }
+    nmm_release(&file->context, &most);
+    return NMM_OK;
+}
+
 nmm_status nmm_file_frame_read(nmm_file *file, int k, nmm_file_frame *frame) {
     const nmm_file_geometry *geometry = NULL;
     if (k < 0 || k >= file->n_frame) {
@@ -158,6 +184,7 @@ nmm_status nmm_file_frame_read(nmm_file *file, int k, nmm_file_frame *frame) {
     TRY(nmm_file_geometry_read(file, &geometry));
     frame->index = k;
     frame->time = file->time[k];
+    TRY(find_factors(file, frame));
     nmm_h5 h5 = {0};
     const nmm_h5_quiet quiet = nmm_h5_quiet_begin();
     const nmm_status status = nmm_file_end(&h5, read_frame(file, &h5, frame));
@@ -170,5 +197,7 @@ void nmm_file_frame_destroy(nmm_file *file, nmm_file_frame *frame) {
     nmm_release(&file->context, &frame->velocity);
     nmm_release(&file->context, &frame->stress);
     nmm_release(&file->context, &frame->contact);
+    nmm_release(&file->context, &frame->load_factor);
+    nmm_release(&file->context, &frame->load_most);
     *frame = (nmm_file_frame){0};
 }

@@ -96,16 +96,61 @@ static nmm_status read_supports(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g
     return NMM_OK;
 }
 
+// Rows of one history follow each other.
+static nmm_status sort_history(nmm_file *file, nmm_h5 *h5, const char *name, long rows,
+                               const nmm_history_row *row) {
+    double *entry = NULL;
+    int n = 0;
+    for (long i = 0; i < rows; i++) {
+        const bool next = i == 0 || row[i].history > row[i - 1].history;
+        const bool fits =
+            isfinite(row[i].factor) && row[i].history >= 0 && row[i].history < 1 << 24;
+        if (!fits ||
+            !(next || (row[i].history == row[i - 1].history && row[i].time >= row[i - 1].time)))
+            return nmm_h5_fail_read(h5, name, "a value is out of range");
+        n = row[i].history + 1;
+    }
+    TRY(take(file, &file->history, (size_t)n, sizeof *file->history));
+    TRY(take(file, &entry, (size_t)rows, 2 * sizeof *entry));
+    for (long i = 0; i < rows; i++) {
+        nmm_history *history = &file->history[row[i].history];
+        if (history->n == 0) *history = (nmm_history){.width = 1, .entry = entry + 2 * i};
+        history->n += 1;
+        entry[2 * i] = row[i].time;
+        entry[2 * i + 1] = row[i].factor;
+    }
+    file->n_history = n;
+    return NMM_OK;
+}
+
+// Files of older versions have none.
+static nmm_status read_histories(nmm_file *file, nmm_h5 *h5) {
+    const char *name = NMM_META "/histories";
+    nmm_history_row *row = NULL;
+    long rows = 0;
+    file->n_history = 0;
+    if (!nmm_h5_exists(h5, name)) return NMM_OK;
+    TRY(nmm_h5_record_rows(h5, name, &rows));
+    TRY(take(file, &row, (size_t)rows, sizeof *row));
+    TRY(nmm_h5_record_get(h5, name, &nmm_record_history, 0, rows, row));
+    return sort_history(file, h5, name, rows, row);
+}
+
 static nmm_status read_loads(nmm_file *file, nmm_h5 *h5, nmm_file_geometry *g) {
     const char *name = NMM_META "/loads";
     long rows = 0;
     TRY(nmm_h5_record_rows(h5, name, &rows));
     TRY(take(file, &g->load, (size_t)rows, sizeof *g->load));
+    // Columns that an older file lacks: forces at points, constant.
+    for (long i = 0; i < rows; i++)
+        g->load[i].history = -1;
     TRY(nmm_h5_record_get(h5, name, &nmm_record_load, 0, rows, g->load));
     for (long i = 0; i < rows; i++) {
         const nmm_load_row *l = &g->load[i];
+        const bool known = l->history >= 0 && l->history < file->n_history;
         const bool fits = isfinite(l->x) && isfinite(l->y) && isfinite(l->fx) && isfinite(l->fy) &&
-                          l->element >= -1 && l->element < g->n_element;
+                          l->element >= -1 && l->element < g->n_element && l->length >= 0 &&
+                          (l->history == -1 || (known && file->history[l->history].n > 0));
         if (!fits) return nmm_h5_fail_read(h5, name, "a value is out of range");
     }
     g->n_load = (int)rows;
@@ -133,6 +178,7 @@ static nmm_status read_geometry(nmm_file *file, nmm_h5 *h5) {
     TRY(read_cells(file, h5, g));
     TRY(read_outline(file, h5, g));
     TRY(read_supports(file, h5, g));
+    TRY(read_histories(file, h5));
     TRY(read_loads(file, h5, g));
     TRY(read_monitor_places(file, h5, g));
     file->has_geometry = true;

@@ -53,6 +53,8 @@ typedef struct nmm_load_row {
     double x, y;   // [m] reference place
     double fx, fy; // [N]
     int element;
+    double length; // [m] boundary whose traction it stands for, 0: a force at a point
+    int history;   // number of its history, -1: constant
 } nmm_load_row;
 
 /// What does not change over the frames. Scene coordinates (the origin is added).
@@ -92,6 +94,8 @@ typedef struct nmm_file_frame {
     double *displacement; // [n_point][2]  m
     double *velocity;     // [n_point][2]  m/s
     double *stress;       // [n_element][6]  Pa  xx yy zz xy yz xz
+    double *load_factor;  // [n_load] of the loads' histories at its time
+    double *load_most;    // [n_load] largest size of the factor in any frame
     bool has_contact;     // contacts were asked for
     int n_contact;
     nmm_file_contact *contact; // sorted by vertex, then edge

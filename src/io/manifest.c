@@ -165,10 +165,33 @@ static nmm_status write_loads(nmm_output *output, const nmm_model *m) {
                                 .y = load->place.y + m->origin.y,
                                 .fx = load->force.x,
                                 .fy = load->force.y,
-                                .element = load->element};
+                                .element = load->element,
+                                .length = load->length,
+                                .history = load->history};
     }
     const nmm_status status = nmm_h5_record_put(&output->h5, name, &nmm_record_load, NULL,
                                                 (const hsize_t[2]){0, (hsize_t)m->n_load}, row);
+    nmm_release(&output->context, &row);
+    return status;
+}
+
+// Factors on loads; displacements of supports (width 2) are not among them.
+static nmm_status write_histories(nmm_output *output, const nmm_model *m) {
+    const char *name = NMM_META "/histories";
+    nmm_history_row *row = NULL;
+    size_t n = 0;
+    for (int k = 0; k < m->n_history; k++)
+        n += (size_t)(m->history[k].width == 1 ? m->history[k].n : 0);
+    TRY(nmm_h5_record_create(&output->h5, name, &nmm_record_history, NULL, 256));
+    TRY(nmm_allocate(&output->context, &row, n, sizeof *row));
+    n = 0;
+    for (int k = 0; k < m->n_history; k++) {
+        const nmm_history *history = &m->history[k];
+        for (int i = 0; history->width == 1 && i < history->n; i++)
+            row[n++] = (nmm_history_row){k, history->entry[2 * i], history->entry[2 * i + 1]};
+    }
+    const nmm_status status = nmm_h5_record_put(&output->h5, name, &nmm_record_history, NULL,
+                                                (const hsize_t[2]){0, (hsize_t)n}, row);
     nmm_release(&output->context, &row);
     return status;
 }
@@ -261,6 +284,7 @@ nmm_status nmm_manifest_write(nmm_output *output, nmm_sim *sim) {
         TRY(write_names(output, NMM_META "/block_names", m->n_block, m->block_name));
     TRY(write_supports(output, m));
     TRY(write_loads(output, m));
+    TRY(write_histories(output, m));
     TRY(write_outline(output, m));
     TRY(nmm_h5_record_create(h5, NMM_META "/ledger", &nmm_record_step, NULL, 256));
     TRY(nmm_h5_single_create(h5, NMM_META "/summary", &nmm_record_summary));

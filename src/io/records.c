@@ -117,8 +117,18 @@ static const nmm_h5_column load_column[] = {
     LOAD('d', fx, "N", "force along x, before its history"),
     LOAD('d', fy, "N", "force along y, before its history"),
     LOAD('i', element, "", "element"),
+    LOAD('d', length, "m", "boundary whose traction it stands for, 0: a force at a point"),
+    LOAD('i', history, "", "history of its factor, -1: constant"),
 };
 const nmm_h5_record nmm_record_load = RECORD(nmm_load_row, load_column);
+
+#define HISTORY(kind, member, unit, meaning) COLUMN(nmm_history_row, kind, member, unit, meaning)
+static const nmm_h5_column history_column[] = {
+    HISTORY('i', history, "", "number of the history"),
+    HISTORY('d', time, "s", "of this entry, rising inside a history"),
+    HISTORY('d', factor, "", "on the load; linear between entries, constant before and after"),
+};
+const nmm_h5_record nmm_record_history = RECORD(nmm_history_row, history_column);
 
 const char *nmm_end_name(nmm_end end) {
     switch (end) {
@@ -132,6 +142,8 @@ const char *nmm_end_name(nmm_end end) {
         return "solver_failed";
     case NMM_END_INTERRUPTED:
         return "interrupted";
+    case NMM_END_NO_EQUILIBRIUM:
+        return "no_equilibrium";
     }
     return "unknown";
 }

@@ -76,7 +76,8 @@ nmm_status nmm_sim_dump_system(nmm_sim *sim, long step, int iteration, const cha
     }
     char *copy = NULL;
     TRY(nmm_arena_text(&sim->context, &sim->scene.arena, &copy, prefix, strlen(prefix)));
-    sim->dump = (nmm_dump){write_system, step, iteration, copy, 0};
+    sim->dump =
+        (nmm_dump){.write = write_system, .step = step, .iteration = iteration, .prefix = copy};
     return NMM_OK;
 }
 

@@ -60,10 +60,6 @@ static nmm_status take_options(nmm_context *context, const nmm_linear_def *def,
     TRY(take_word(context, "blocks", def->blocks, blocks_word, &blocks));
     TRY(take_word(context, "precision", def->precision, precision_word, &precision));
     TRY(take_word(context, "stop", def->stop, stop_word, &stop));
-    if (method == NMM_SOLVE_DIRECT && !nmm_solve_has_direct()) {
-        return nmm_fail(context, NMM_ERROR_ARGUMENT,
-                        "method direct: this build of nmm lacks it; build with SuiteSparse");
-    }
     if (def->n_repeat < 1 || (def->matrix == NULL && def->generate < 8)) {
         return nmm_fail(context, NMM_ERROR_ARGUMENT,
                         "a linear system needs a matrix, or 8 unknowns or more to be generated, "

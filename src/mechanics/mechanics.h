@@ -68,25 +68,38 @@ static inline nmm_strain nmm_strain_of(const double d[6], const double gradient[
     };
 }
 
-/// First Piola-Kirchhoff stress dW/dF [Pa], eq. (3.8); initial[3] = xx, yy, xy in the turned frame.
-static inline nmm_tensor nmm_piola_of(nmm_elastic elastic, const nmm_strain *e,
-                                      const double initial[3]) {
-    // Biot stress D e + s0 in the turned frame.
+/// Biot stress D e + s0 in the turned frame [Pa]: stress[3] = xx, yy, xy.
+static inline void nmm_biot_of(nmm_elastic elastic, const nmm_strain *e, const double initial[3],
+                               double stress[3]) {
     const double volume = elastic.lambda * (e->exx + e->eyy);
-    const double Txx = volume + 2 * elastic.mu * e->exx + initial[0];
-    const double Tyy = volume + 2 * elastic.mu * e->eyy + initial[1];
-    const double Txy = 2 * elastic.mu * e->exy + initial[2];
-    // Initial stress need not be coaxial with U: the skew part keeps P F^T symmetric, eq. (3.9).
+    stress[0] = volume + 2 * elastic.mu * e->exx + initial[0];
+    stress[1] = volume + 2 * elastic.mu * e->eyy + initial[1];
+    stress[2] = 2 * elastic.mu * e->exy + initial[2];
+}
+
+/// R (T + kappa J): the skew part keeps P F^T symmetric where T[3] is not coaxial with U, eq.
+/// (3.9), for the part `apart` of T that is not.
+static inline nmm_tensor nmm_turned_of(const nmm_strain *strain, const double T[3],
+                                       const double apart[3]) {
     const double kappa =
-        -(initial[2] * (e->exx - e->eyy) + (initial[1] - initial[0]) * e->exy) / e->stretch;
-    const double c = e->c, s = e->s;
-    const double qxy = Txy - kappa, qyx = Txy + kappa;
+        -(apart[2] * (strain->exx - strain->eyy) + (apart[1] - apart[0]) * strain->exy) /
+        strain->stretch;
+    const double c = strain->c, s = strain->s;
+    const double qxy = T[2] - kappa, qyx = T[2] + kappa;
     return (nmm_tensor){
-        .xx = c * Txx - s * qyx,
-        .xy = c * qxy - s * Tyy,
-        .yx = s * Txx + c * qyx,
-        .yy = s * qxy + c * Tyy,
+        .xx = c * T[0] - s * qyx,
+        .xy = c * qxy - s * T[1],
+        .yx = s * T[0] + c * qyx,
+        .yy = s * qxy + c * T[1],
     };
+}
+
+/// First Piola-Kirchhoff stress dW/dF [Pa], eq. (3.8); initial[3] = xx, yy, xy in the turned frame.
+static inline nmm_tensor nmm_piola_of(nmm_elastic elastic, const nmm_strain *strain,
+                                      const double initial[3]) {
+    double T[3];
+    nmm_biot_of(elastic, strain, initial, T);
+    return nmm_turned_of(strain, T, initial);
 }
 
 /// W(F) [J/m3], eq. (3.7); zero at F = I.
@@ -95,14 +108,18 @@ double nmm_strain_energy_of(nmm_elastic elastic, const nmm_strain *strain, const
 /// Cauchy stress P F^T / det F along the fixed axes: stress[3] = xx, yy, xy.
 void nmm_cauchy_of(const nmm_strain *strain, nmm_tensor piola, double stress[3]);
 
-/// Stress and inner forces of all elements.
+/// Stress and inner forces of all elements: those at the end of a step, or means over it.
 typedef struct nmm_inner {
-    double *piola; // [n_element][4] Pa, eq. (3.8)
-    double *force; // [n_element][3][2] N on the covers
+    double *piola;       // [n_element][4] Pa, eq. (3.8)
+    double *force;       // [n_element][3][2] N on the covers
+    const double *start; // [n_element][3] Pa, Biot stress before the step; NULL: no means
+    const double *moved; // [n_cover][2] m, displacement of the step
+    double share;        // of the end of the step in its means
 } nmm_inner;
 
 /// Fills the elements first .. end - 1 at state->displacement, several at a time;
-/// elastic[n_material].
+/// elastic[n_material]. Means, eq. (4.13): of the Biot stresses at both ends, turned as the element
+/// is half way; such forces have no moment about the places half way.
 void nmm_inner_fill(const nmm_model *model, const nmm_state *state, const nmm_elastic *elastic,
                     const nmm_inner *inner, int first, int end);
 

@@ -60,6 +60,7 @@ typedef struct nmm_load {
     double weight[3];
     nmm_vec2 place;
     nmm_vec2 force; // [N], times history
+    double length;  // [m] boundary whose traction it stands for, 0: a force at a point
     int history;    // factor history (width 1), -1: constant
 } nmm_load;
 

@@ -5,6 +5,7 @@
 
 #include "build.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -16,9 +17,26 @@ static nmm_status note_number(nmm_builder *b, const char *path, double value, co
 
 // --- Settings
 
+// Statics need no times of their own.
+static nmm_status require_time(nmm_builder *b) {
+    const raw_head *scene = &b->raw->head, *head = &b->raw->time.head;
+    if (!raw_given(scene, "time")) {
+        return nmm_complain(b->reader, scene->node->mark,
+                            "required key 'time' is missing in the scene (time steps)");
+    }
+    static const char *const key[][2] = {{"dt", "first step"}, {"end", "end of the run"}};
+    for (int i = 0; i < 2 && head->node != NULL && head->node->kind == NMM_NODE_MAP; i++) {
+        if (raw_given(head, key[i][0])) continue;
+        TRY(nmm_complain(b->reader, head->node->mark, "required key '%s' is missing in time (%s)",
+                         key[i][0], key[i][1]));
+    }
+    return NMM_OK;
+}
+
 static nmm_status check_time(nmm_builder *b) {
     const raw_time *raw = &b->raw->time;
     const raw_head *head = &raw->head;
+    if (b->raw->analysis.kind == 0) TRY(require_time(b));
     if (!raw_good(head, "dt")) return NMM_OK;
     if (raw_good(head, "end") && raw->dt > raw->end)
         TRY(nmm_complain(b->reader, raw_mark(head, "dt"),
@@ -32,6 +50,36 @@ static nmm_status check_time(nmm_builder *b) {
     return NMM_OK;
 }
 
+// When all histories have come to their end.
+static double end_of_histories(const nmm_scene *scene) {
+    double end = 1;
+    for (int k = 0; k < scene->n_history; k++) {
+        const nmm_history *history = &scene->history[k];
+        if (history->n == 0) continue;
+        end = nmm_max(end, history->entry[(history->n - 1) * (1 + history->width)]);
+    }
+    return end;
+}
+
+// Steps of a static analysis are no times: the first is chosen by the model, and they grow.
+static nmm_status build_static(nmm_builder *b) {
+    const raw_time *raw = &b->raw->time;
+    nmm_scene_settings *s = &b->scene->settings;
+    const bool has_end = raw_given(&raw->head, "end");
+    s->is_static = true;
+    s->dt = raw_given(&raw->head, "dt") ? raw->dt : 0;
+    s->end = has_end ? raw->end : end_of_histories(b->scene);
+    s->dt_min = raw_given(&raw->head, "dt_min") ? raw->dt_min : 0;
+    s->dt_max = raw_given(&raw->head, "dt_max") ? raw->dt_max : 0;
+    if (!has_end) {
+        TRY(note_number(b, "time.end", s->end, "loads as they are at the end of all histories"));
+    }
+    s->output_every = raw_given(&b->raw->output.head, "every") ? b->raw->output.every : s->end / 10;
+    if (!b->raw->analysis.scheme) return NMM_OK;
+    return nmm_complain(b->reader, raw_mark(&b->raw->analysis.head, "scheme"),
+                        "scheme: newmark has no meaning with kind: static");
+}
+
 static nmm_status build_time(nmm_builder *b) {
     const raw_time *raw = &b->raw->time;
     const raw_head *head = &raw->head;
@@ -40,6 +88,7 @@ static nmm_status build_time(nmm_builder *b) {
     s->dt = raw->dt;
     s->end = raw->end;
     s->max_move = raw->max_move;
+    if (b->raw->analysis.kind == 1) return build_static(b);
     s->dt_min = raw_given(head, "dt_min") ? raw->dt_min : raw->dt * 1e-6;
     s->dt_max = raw_given(head, "dt_max") ? raw->dt_max : raw->dt;
     if (!raw_good(head, "dt") || !raw_good(head, "end")) return NMM_OK;
@@ -73,6 +122,31 @@ static nmm_status check_covers(nmm_builder *b) {
     return nmm_complain(b->reader, raw_key_mark(head, "size"),
                         "'size' belongs to mesh: lattice; with mesh: block a cover is as large as "
                         "its block: leave size out or say auto");
+}
+
+// Members of Newmark's family with gamma = 2 beta, from average acceleration to Shi's.
+static nmm_status build_scheme(nmm_builder *b) {
+    const raw_analysis *raw = &b->raw->analysis;
+    const raw_head *head = &raw->head;
+    nmm_scene_settings *s = &b->scene->settings;
+    s->newmark = raw->scheme == 1;
+    s->beta = 0.5;
+    if (!raw_good(head, "scheme")) return NMM_OK;
+    static const char *const key[] = {"beta", "gamma"};
+    for (int i = 0; i < 2 && !s->newmark; i++) {
+        if (!raw_given(head, key[i])) continue;
+        TRY(nmm_complain(b->reader, raw_key_mark(head, key[i]),
+                         "'%s' belongs to scheme: newmark, but scheme is shi", key[i]));
+    }
+    if (!s->newmark) return NMM_OK;
+    const bool has_beta = raw_given(head, "beta"), has_gamma = raw_given(head, "gamma");
+    if ((has_beta && !raw_good(head, "beta")) || (has_gamma && !raw_good(head, "gamma"))) {
+        return NMM_OK;
+    }
+    s->beta = has_beta ? raw->beta : has_gamma ? raw->gamma / 2 : 0.25;
+    if (!has_gamma || fabs(raw->gamma - 2 * s->beta) <= 1e-9) return NMM_OK;
+    return nmm_complain(b->reader, raw_mark(head, "gamma"),
+                        "gamma must be twice beta (%g), found %g", 2 * s->beta, raw->gamma);
 }
 
 static void copy_settings(nmm_builder *b) {
@@ -182,6 +256,7 @@ nmm_status nmm_scene_build(nmm_reader *reader, const raw_scene *raw) {
     TRY(build_initial(&b));
     TRY(build_base_motion(&b));
     TRY(check_covers(&b));
+    TRY(build_scheme(&b));
     copy_settings(&b);
     TRY(build_time(&b));
     return note_filled(&b);

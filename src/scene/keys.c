@@ -303,18 +303,24 @@ static const nmm_key contact_keys[] = {
 static const nmm_object contact_object = OBJECT("contact", contact_keys, raw_contact, .noted = true,
                                                 .meaning = "How contacts are computed.");
 
-static const nmm_word kind_words[] = {{"dynamic", 0, false}, {"static", 1, true}, {NULL, 0, false}};
-static const nmm_word scheme_words[] = {{"shi", 0, false}, {"newmark", 1, true}, {NULL, 0, false}};
+static const nmm_word kind_words[] = {
+    {"dynamic", 0, false}, {"static", 1, false}, {NULL, 0, false}};
+static const nmm_word scheme_words[] = {{"shi", 0, false}, {"newmark", 1, false}, {NULL, 0, false}};
 static const nmm_word mass_words[] = {{"consistent", NMM_MASS_CONSISTENT, false},
                                       {"lumped", NMM_MASS_LUMPED, false},
                                       {NULL, 0, false}};
 static const nmm_key analysis_keys[] = {
     {"kind", KEY(raw_analysis, kind), .kind = NMM_VALUE_CHOICE, .word = kind_words,
-     .standard = "dynamic", .why = "blocks may move", .meaning = "kind of analysis"},
+     .standard = "dynamic", .why = "blocks may move",
+     .meaning = "dynamic: motion in time; static: the equilibrium under the loads at time.end"},
     {"scheme", KEY(raw_analysis, scheme), .kind = NMM_VALUE_CHOICE, .word = scheme_words,
      .standard = "shi", .why = "stable with contacts that open and close",
-     .meaning = "time integration; shi: constant acceleration over the step, equilibrium at its "
-                "end"},
+     .meaning = "time integration; shi: equilibrium at the end of the step, which damps; newmark: "
+                "average acceleration, which does not"},
+    {"beta", KEY(raw_analysis, beta), .range = FROM_TO(0.25, 0.5), .computed = "0.25",
+     .meaning = "of scheme: newmark; above a quarter it damps"},
+    {"gamma", KEY(raw_analysis, gamma), .range = FROM_TO(0.5, 1), .computed = "2 beta",
+     .meaning = "of scheme: newmark; always twice beta"},
     {"damping", KEY(raw_analysis, damping), .dimension = {NMM_RATE}, .range = AT_LEAST(0),
      .standard = "0", .why = "no damping beside that of the time scheme",
      .meaning = "mass-proportional damping"},
@@ -328,9 +334,11 @@ static const nmm_object analysis_object =
     OBJECT("analysis", analysis_keys, raw_analysis, .noted = true, .meaning = "What is computed.");
 
 static const nmm_key time_keys[] = {
-    {"dt", KEY(raw_time, dt), .dimension = {NMM_TIME}, .range = ABOVE(0), .required = true,
+    {"dt", KEY(raw_time, dt), .dimension = {NMM_TIME}, .range = ABOVE(0),
+     .computed = "**required**; with `kind: static` what a wave takes through a cover",
      .meaning = "first step"},
-    {"end", KEY(raw_time, end), .dimension = {NMM_TIME}, .range = ABOVE(0), .required = true,
+    {"end", KEY(raw_time, end), .dimension = {NMM_TIME}, .range = ABOVE(0),
+     .computed = "**required**; with `kind: static` the end of all histories",
      .meaning = "end of the run"},
     {"dt_min", KEY(raw_time, dt_min), .dimension = {NMM_TIME}, .range = ABOVE(0),
      .computed = "dt / 1e6", .meaning = "the run ends when a step would have to be shorter"},
@@ -464,7 +472,8 @@ static const nmm_key scene_keys[] = {
      .computed = "none", .meaning = "earthquake"},
     {"contact", ALWAYS(contact, contact_object), .meaning = "how contacts are computed"},
     {"analysis", ALWAYS(analysis, analysis_object), .meaning = "what is computed"},
-    {"time", ALWAYS(time, time_object), .required = true, .meaning = "time steps"},
+    {"time", ALWAYS(time, time_object), .computed = "**required**; not with `kind: static`",
+     .meaning = "time steps"},
     {"solver", ALWAYS(solver, solver_object), .meaning = "linear solver"},
     {"monitors", LIST_OF(monitors, monitor_object), .meaning = "recorded points"},
     {"output", ALWAYS(output, output_object), .meaning = "run file"},

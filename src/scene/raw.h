@@ -125,7 +125,7 @@ typedef struct raw_contact {
 typedef struct raw_analysis {
     raw_head head;
     int kind, scheme, mass;
-    double damping, tolerance;
+    double beta, gamma, damping, tolerance;
 } raw_analysis;
 
 typedef struct raw_time {

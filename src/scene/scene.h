@@ -115,6 +115,9 @@ typedef struct nmm_scene_settings {
     nmm_mesh mesh;      // covers.mesh
     double penalty;     // contact.penalty, times Young's modulus; 0: auto
     nmm_contact_method contact_method;
+    bool is_static;        // analysis.kind
+    bool newmark;          // analysis.scheme
+    double beta;           // analysis.beta; gamma is twice that; 1/2 in Shi's scheme
     double damping;        // analysis.damping [1/s]
     nmm_mass mass;         // analysis.mass
     double tolerance;      // analysis.tolerance: force balance of a step, relative

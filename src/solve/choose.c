@@ -7,8 +7,10 @@
 // then.
 
 #include "choose.h"
+#include "direct.h"
 
 #include <math.h>
+#include <string.h>
 
 // Prices in nanoseconds of one core of about 3 GHz; only their ratios matter.
 #define PER_BLOCK 0.50     // a 2x2 block in a product
@@ -22,9 +24,7 @@
 #define INVERT_ROW 150.0
 #define DIVIDE_BLOCK 6.0
 #define PROJECT_BLOCK 8.0
-#define CALL_DIRECT 1e4
-#define FACTORISE_BLOCK 3.3 // of the whole matrix, by block and square root of unknowns
-#define FACTORISE 0.15      // by multiplication
+#define FACTORISE 0.15 // by multiplication
 
 // Solves after which rates are measured anew.
 #define MEMORY 100
@@ -36,11 +36,17 @@
 // and make some of it anew.
 #define BORNE 0.5
 
+// Solves that a pattern is thought to serve at least.
+#define LEAST_LIFE 2
+
 // Iterations where the caller sets no limit.
 #define MOST_ITERATIONS 20000
 
 // Iterations that a kind not known yet has in any case: fewer tell little of its rate.
 #define TRIAL 40
+
+// Iterations with the smallest blocks that a solve takes in any case, nearly.
+#define LEAST_TRIAL 20
 
 // Orders of magnitude that a run counts for at least.
 #define LEAST_GAIN 0.25
@@ -68,11 +74,16 @@ static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
     if (!kept || !s->clusters_found) make += FIND_CLUSTERS * n_block;
     if (!reuse || !s->dense_made) make += INVERT_ROW * n;
     p.prepare[NMM_BLOCKS_CLUSTER] = TAKE_BLOCK * n_block + BORNE * make;
-    if (s->staged || options->place == NULL || options->body == NULL) return p;
+    if (s->staged) return p;
+    // A pattern will last as long as it has lasted, or as those before did.
+    const nmm_experience *experience = &s->experience;
+    const double life = nmm_max(nmm_max(LEAST_LIFE, experience->life), experience->n_kept);
+    double analysis = 0;
+    p.has_direct = options->method == NMM_SOLVE_AUTO;
+    p.iterate[DIRECT] = nmm_direct_work(s->direct, K, &analysis);
+    p.prepare[DIRECT] = p.iterate[DIRECT] + analysis / life;
+    if (options->place == NULL || options->body == NULL) return p;
     p.largest = NMM_BLOCKS_BODY;
-    p.has_direct = options->method == NMM_SOLVE_AUTO && nmm_solve_has_direct();
-    p.prepare[DIRECT] = CALL_DIRECT + FACTORISE_BLOCK * n_block * sqrt(2 * n);
-    p.iterate[DIRECT] = p.prepare[DIRECT];
     const bool parts = kept && s->parts_found;
     // Before the parts are known: about what they come to.
     const double n_part = parts ? s->coarse.n_part : 0.1 * n;
@@ -95,17 +106,21 @@ static double work_of(const prices *p, const nmm_experience *experience, int kin
 
 static int cheapest(const prices *p, const nmm_experience *experience, double gain) {
     int best = NMM_BLOCKS_COVER;
-    // What was never measured from below up is measured first.
-    if (!(experience->rate[best] > 0)) return best;
+    const double direct = work_of(p, experience, DIRECT, gain);
+    // What was never measured from below up is measured first, but where a factor costs no more
+    // than the measurement.
+    if (!(experience->rate[best] > 0)) {
+        return direct < LEAST_TRIAL * p->iterate[best] ? DIRECT : best;
+    }
     for (int k = best + 1; k <= p->largest && experience->rate[k] > 0; k++) {
         if (work_of(p, experience, k, gain) < work_of(p, experience, best, gain)) best = k;
     }
-    const double direct = work_of(p, experience, DIRECT, gain);
     return direct < work_of(p, experience, best, gain) ? DIRECT : best;
 }
 
 // What to turn to when a kind turns out slow, and the work it would take: the best of the larger
-// ones, where one not known yet counts with its preparation alone.
+// ones, where one not known yet counts with its preparation alone; or the direct method, whose work
+// is known, so that beside it one not known counts with some iterations.
 static int alternative(const prices *p, const nmm_experience *experience, int kind, double gain,
                        double *work) {
     int best = kind;
@@ -122,7 +137,7 @@ static int alternative(const prices *p, const nmm_experience *experience, int ki
         best = k;
     }
     const double direct = work_of(p, experience, DIRECT, gain);
-    if (direct >= *work) return best;
+    if (direct >= *work + (known ? 0 : LEAST_TRIAL * p->iterate[best])) return best;
     *work = direct;
     return DIRECT;
 }
@@ -171,11 +186,23 @@ typedef struct search {
     bool to_the_end;        // nothing to turn to: larger blocks failed, or mixed precision
 } search;
 
+// A solve begins: rates fade, patterns come and go.
+static void remember(nmm_experience *experience, bool kept) {
+    if (++experience->solves % MEMORY == 0) {
+        memset(experience->rate, 0, sizeof experience->rate);
+    }
+    if (!kept) {
+        experience->life = 0.5 * (experience->life + experience->n_kept);
+        experience->n_kept = 0;
+    }
+    experience->n_kept++;
+}
+
 static search begin_search(nmm_solver *solver, const nmm_bsr *K, const double *f, bool keep_pattern,
                            const nmm_solve_options *options) {
     nmm_experience *experience = &solver->experience;
-    if (++experience->solves % MEMORY == 0) *experience = (nmm_experience){0};
     const bool kept = keep_pattern && solver->n_row == K->n_row;
+    remember(experience, kept);
     search s = {.price = find_prices(solver, K, kept, options),
                 .experience = experience,
                 .now = *options,

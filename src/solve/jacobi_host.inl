@@ -45,6 +45,11 @@ typedef wide_lanes lanes_wide;
 
 #include "clusters_invert.inl"
 #include "coarse_make.inl"
+#include "factor_make.inl"
 
-const nmm_variant VARIANT = {
-    .run = run_method, .invert = invert_clusters, .make_coarse = make_coarse};
+const nmm_variant VARIANT = {.run = run_method,
+                             .invert = invert_clusters,
+                             .make_coarse = make_coarse,
+                             .make_factor = make_factor,
+                             .apply_factor = apply_factor,
+                             .multiply = multiply_all};

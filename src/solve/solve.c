@@ -88,6 +88,7 @@ nmm_status nmm_solver_create(nmm_context *context, nmm_solver **solver, int max_
     for (size_t k = 0; k < sizeof vector / sizeof *vector; k++)
         TRY(nmm_allocate(context, vector[k], n, 2 * sizeof(double)));
     TRY(nmm_allocate(context, &w->inverse, n, 4 * sizeof(double)));
+    TRY(nmm_allocate(context, &s->next, (size_t)max_row, sizeof(int)));
     TRY(nmm_allocate(context, &s->part, n_group, 2 * sizeof(double)));
     TRY(nmm_allocate(context, &s->chunk, n_group / NMM_SOLVE_CHUNK + 1, 2 * sizeof(double)));
     TRY(nmm_allocate(context, &s->state, 1, sizeof *s->state));
@@ -141,6 +142,7 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
         nmm_release(context, narrow[k]);
     nmm_release(context, &s->state);
     nmm_release(context, &s->barrier);
+    nmm_release(context, &s->next);
     nmm_release(context, &s->own_row_start);
     nmm_release(context, &s->own_col);
     nmm_clusters_destroy(context, &s->clusters);
@@ -286,25 +288,23 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
 
 // --- Checks of the system
 
-// Row with a block whose mirror image is not there.
-static int one_sided_row(const nmm_bsr *K) {
+// Row with a block whose mirror image is not there; -1: none. Rows come in order, so the block that
+// each one asks of another is the next one there.
+static int one_sided_row(const nmm_bsr *K, int *next) {
+    memcpy(next, K->row_start, (size_t)K->n_row * sizeof(int));
     for (int row = 0; row < K->n_row; row++) {
         for (int k = K->row_start[row]; k < K->row_start[row + 1]; k++) {
             const int other = K->col[k];
-            bool found = false;
-            for (int m = K->row_start[other]; m < K->row_start[other + 1]; m++)
-                found |= K->col[m] == row;
-            if (!found) return row;
+            if (next[other] == K->row_start[other + 1] || K->col[next[other]++] != row) return row;
         }
     }
     return -1;
 }
 
 // Row whose columns are not ascending within the matrix, or whose diagonal is elsewhere,
-// or which has a block on one side only; -1: none.
-static int bad_pattern_row(const nmm_bsr *K, int n_block) {
+// or which has a block on one side only; -1: none. `next`: scratch for all rows.
+static int bad_pattern_row(const nmm_bsr *K, int n_block, int *next) {
     if (K->row_start[0] != 0) return 0;
-    long n_lower = 0, n_upper = 0;
     for (int row = 0; row < K->n_row; row++) {
         const int begin = K->row_start[row], end = K->row_start[row + 1];
         if (end <= begin || end > n_block) return row;
@@ -314,10 +314,8 @@ static int bad_pattern_row(const nmm_bsr *K, int n_block) {
         }
         const int d = K->diagonal[row];
         if (d < begin || d >= end || K->col[d] != row) return row;
-        n_upper += end - d - 1;
-        n_lower += d - begin;
     }
-    return n_lower == n_upper ? -1 : one_sided_row(K);
+    return one_sided_row(K, next);
 }
 
 // Sum of 0 * x over the blocks of a row: 0, or NaN when one number is not finite.
@@ -536,7 +534,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
     solver->guess_dropped = false;
     memset(solver->state, 0, sizeof *solver->state);
     if (K->n_row > 0 && !(solver->pattern_kept || solver->clusters_found)) {
-        const int row = bad_pattern_row(K, solver->n_block);
+        const int row = bad_pattern_row(K, solver->n_block, solver->next);
         if (row >= 0) {
             end_early(solver, report, NMM_SOLVE_BAD_PATTERN, row);
             return NMM_OK;
@@ -589,7 +587,8 @@ static bool write_back(const nmm_solver *s, double *u) {
 
 void nmm_solver_finish(nmm_solver *solver, double norm, double *u, nmm_solve_report *report) {
     report->residual = norm / solver->norm;
-    if (report->end == NMM_SOLVE_CONVERGED || norm <= solver->guess_norm) {
+    const bool kept = solver->options.keep_last || report->end == NMM_SOLVE_CONVERGED;
+    if (kept || norm <= solver->guess_norm) {
         if (write_back(solver, u)) return;
         report->end = NMM_SOLVE_DIVERGED;
     }

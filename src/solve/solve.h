@@ -26,7 +26,7 @@ typedef enum nmm_solve_method {
     NMM_SOLVE_SOR,    // successive over-relaxation, unknown by unknown (point form); host only
     NMM_SOLVE_GAUSS_SEIDEL, // the same with factor 1; host only
     NMM_SOLVE_CHEBYSHEV,    // block Jacobi with Chebyshev weights: no sums between checks
-    NMM_SOLVE_DIRECT        // sparse Cholesky; host only, needs SuiteSparse at build time
+    NMM_SOLVE_DIRECT        // sparse Cholesky; host only
 } nmm_solve_method;
 
 /// The diagonal blocks that jacobi, chebyshev and pcg invert.
@@ -74,6 +74,8 @@ typedef struct nmm_solve_options {
     double sor_factor;     // 0 < factor < 2; 0: 1.9
     int max_iterations;    // 0: chosen from method and size
     int n_thread;          // 0: those of the context; small systems use one in any case
+    // A solve that fails leaves its last iterate in u, however bad. For studies of convergence.
+    bool keep_last;
 } nmm_solve_options;
 
 typedef struct nmm_solve_report {
@@ -107,8 +109,7 @@ typedef struct nmm_solve_backend {
     /// used. When the solve fails u holds the better of first guess and last iterate.
     /// `keep_pattern`: row_start and col are those of the last call, and need not be sent again.
     /// A solve that fails is no error: see report->end. NMM_ERROR_ARGUMENT: options out of range, a
-    /// system larger than opened for, a serial method asked of the target, or `direct` in a build
-    /// without it.
+    /// system larger than opened for, or a serial method asked of the target.
     nmm_status (*solve)(nmm_context *context, nmm_solver *solver, const nmm_bsr *K, const double *f,
                         double *u, bool keep_pattern, const nmm_solve_options *options,
                         nmm_solve_report *report);
@@ -121,9 +122,6 @@ const nmm_solve_backend *nmm_solve_host(void);
 const nmm_solve_backend *nmm_solve_target(void);
 /// Devices that really run a target region (observed inside one); 0 without offload.
 int nmm_solve_target_devices(void);
-
-/// True in a build with SuiteSparse.
-bool nmm_solve_has_direct(void);
 
 /// auto, tolerance 1e-8, residual test, estimated damping, SOR factor 1.9.
 nmm_solve_options nmm_default_solve_options(void);

@@ -13,6 +13,7 @@
 
 #include "clusters.h"
 #include "coarse.h"
+#include "factor.h"
 #include "pace.h"
 #include "solve.h"
 
@@ -72,6 +73,8 @@ typedef struct nmm_experience {
     double rate[NMM_BLOCKS_BODY +
                 1]; // by nmm_solve_blocks: orders of magnitude an iteration gains; 0: not known
     int solves;     // since they were last forgotten
+    int n_kept;     // with the pattern at hand
+    double life;    // the same with patterns before, on average of late; 0: not known
 } nmm_experience;
 
 typedef struct nmm_variant nmm_variant;
@@ -96,6 +99,7 @@ struct nmm_solver {
     int *col;       // [n_block]
     nmm_wide wide;
     nmm_narrow narrow; // NULL until a solve in mixed precision
+    int *next;         // [max_row] scratch of the check of a pattern
     double *part;      // [groups][2] terms of two sums
     double *chunk;     // [chunks][2] their sums
     nmm_iteration *state;
@@ -199,6 +203,16 @@ typedef int nmm_invert(nmm_clusters *clusters, const int *row_start, const int *
 /// Project the matrix on the motions of the parts and factorise it.
 typedef void nmm_make_coarse(nmm_coarse *coarse, const nmm_coarse_source *source);
 
+/// The numbers of the factor for those of K, whose pattern was analysed, and which has room; row of
+/// K whose pivot is not positive, -1: none.
+typedef int nmm_make_factor(nmm_factor *factor, const double *value);
+
+/// z = K^-1 r by the factor; both [n_row][2].
+typedef void nmm_apply_factor(const nmm_factor *factor, const double *r, double *z);
+
+/// y = K x, both [n][2].
+typedef void nmm_multiply(const nmm_solver *solver, const double *x, double *y);
+
 /// A prepared solve from the first guess u. The result is in solver->wide.u; returns its true
 /// residual norm.
 typedef double nmm_jacobi_run(nmm_solver *solver, const double *u, nmm_solve_report *report);
@@ -209,6 +223,9 @@ struct nmm_variant {
     nmm_jacobi_run *run;
     nmm_invert *invert;
     nmm_make_coarse *make_coarse;
+    nmm_make_factor *make_factor;
+    nmm_apply_factor *apply_factor;
+    nmm_multiply *multiply;
 };
 
 extern const nmm_variant nmm_variant_serial, nmm_variant_threads;

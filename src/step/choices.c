@@ -32,9 +32,15 @@ static void say_feature(text *out, const char *what, bool on, const char *if_on,
 
 // What was left on auto, as numbers.
 static void say_numbers(text *out, const nmm_sim *sim) {
-    say(out, "chosen: %s of %g m; no point moves further than %g m in a step\n",
-        sim->model.whole_blocks ? "a cover for each block, half of them below" : "covers",
-        sim->model.size, sim->allowed);
+    if (sim->model.whole_blocks) {
+        say(out,
+            "chosen: one cover for each block; lengths are measured by %g m, the side of a square "
+            "as large as the median block\n",
+            sim->model.size);
+    } else {
+        say(out, "chosen: covers of %g m\n", sim->model.size);
+    }
+    say(out, "chosen: no point moves further than %g m in a step\n", sim->allowed);
     say(out, "chosen: solver %s on the %s with %d thread%s\n", sim->summary.method,
         sim->summary.device, sim->context.n_thread, sim->context.n_thread > 1 ? "s" : "");
     if (sim->search != NULL) {
@@ -68,6 +74,8 @@ static void say_features(text *out, const nmm_sim *sim) {
                 "none in the scene");
     say_feature(out, "damping", sim->settings.damping > 0, "analysis.damping",
                 "analysis.damping is 0");
+    say_feature(out, "mean forces", sim->settings.newmark, "analysis.scheme newmark",
+                "analysis.scheme shi: nothing of the start of a step is kept");
     say_feature(out, "monitors", model->n_monitor > 0, "read at each step", "none in the scene");
 }
 

@@ -89,7 +89,8 @@ static element_sums sum_elements(const nmm_sim *sim, double h) {
 static double support_energy(const nmm_sim *sim) {
     double sum = 0;
     for (int s = 0; s < sim->model.n_support; s++) {
-        const nmm_vec2 error = nmm_support_error(&sim->model, &sim->state, s, sim->state.time);
+        const nmm_vec2 error =
+            nmm_support_error(&sim->model, &sim->state, s, nmm_sim_time_after(sim, 0));
         sum += 0.5 * sim->model.support[s].stiffness * nmm_vec2_dot(error, error);
     }
     return sum;
@@ -106,8 +107,12 @@ double nmm_ledger_contact_work(const nmm_sim *sim) {
 static nmm_vec2 history_change(const nmm_sim *sim, int history, double h) {
     if (history < 0) return (nmm_vec2){0, 0};
     double before[2], after[2];
-    nmm_history_value(&sim->model.history[history], sim->state.time - h, before);
-    nmm_history_value(&sim->model.history[history], sim->state.time, after);
+    // In statics all of it is in the first step.
+    const bool is_static = sim->settings.is_static;
+    const double end = nmm_sim_time_after(sim, 0);
+    const double begin = !is_static ? end - h : sim->state.step > 1 ? end : 0;
+    nmm_history_value(&sim->model.history[history], begin, before);
+    nmm_history_value(&sim->model.history[history], end, after);
     return (nmm_vec2){after[0] - before[0], after[1] - before[1]};
 }
 
@@ -117,8 +122,8 @@ static double support_work(const nmm_sim *sim, double h, double *put_in) {
     double sum = 0;
     for (int s = 0; s < model->n_support; s++) {
         const nmm_support *support = &model->support[s];
-        const nmm_vec2 error = nmm_support_error(model, &sim->state, s, sim->state.time);
-        nmm_vec2 reaction = nmm_support_reaction(model, &sim->state, s, error);
+        nmm_vec2 reaction = {sim->system.support_force[2 * s],
+                             sim->system.support_force[2 * s + 1]};
         if (!support->fix_x) reaction.x = 0;
         if (!support->fix_y) reaction.y = 0;
         nmm_vec2 way = {0, 0};
@@ -172,7 +177,8 @@ void nmm_ledger_step(nmm_sim *sim, double h, nmm_contact_energy before) {
     energy->numerical += -contact - stored - friction - fracture;
     energy->numerical += put_in - support - (spring - sim->support);
     // Held unknowns do not follow the scheme: their kinetic energy is prescribed.
-    if (sim->system.fixed != NULL)
+    // Nor do those that are stopped after each step of statics.
+    if (sim->system.fixed != NULL || sim->settings.is_static)
         energy->numerical += sums.inertia - (sums.kinetic - sim->kinetic);
     sim->kinetic = sums.kinetic, sim->strain = sums.strain, sim->support = spring;
     energy->kinetic = sums.kinetic - sim->kinetic0;

@@ -4,6 +4,7 @@
 
 #include "step.h"
 
+#include <math.h>
 #include <omp.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,6 +28,20 @@ static nmm_status read_scene(nmm_sim *sim, const nmm_sim_def *def) {
                            def->n_override, def->override);
 }
 
+// Steps of statics: from what a wave takes through a cover to where inertia is next to nothing.
+static void complete_static(nmm_sim *sim) {
+    nmm_scene_settings *settings = &sim->settings;
+    double fastest = 0;
+    for (int m = 0; m < sim->model.n_material; m++) {
+        const nmm_material *material = &sim->model.material[m];
+        fastest = nmm_max(fastest, material->youngs_modulus / material->density);
+    }
+    const double through = sim->model.size / sqrt(fastest);
+    if (settings->dt <= 0) settings->dt = 10 * through;
+    if (settings->dt_max <= settings->dt) settings->dt_max = nmm_max(settings->dt, 1e5 * through);
+    if (settings->dt_min <= 0) settings->dt_min = 1e-6 * settings->dt;
+}
+
 // What was left on auto, decided.
 static void complete_settings(nmm_sim *sim) {
     nmm_scene_settings *settings = &sim->settings;
@@ -34,6 +49,7 @@ static void complete_settings(nmm_sim *sim) {
     if (settings->dt_max <= 0) settings->dt_max = settings->dt;
     settings->cover_size = sim->model.size;
     if (settings->penalty <= 0) settings->penalty = 20;
+    if (settings->is_static) complete_static(sim);
     sim->state.dt = settings->dt;
     sim->allowed = settings->max_move * sim->model.height;
 }
@@ -82,10 +98,6 @@ static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
     snprintf(sim->summary.device, sizeof sim->summary.device, "host");
     snprintf(sim->summary.precision, sizeof sim->summary.precision, "%s",
              sim->settings.precision == NMM_SCENE_MIXED ? "mixed" : "double");
-    if (sim->settings.method == NMM_METHOD_DIRECT && !nmm_solve_has_direct()) {
-        return nmm_fail(&sim->context, NMM_ERROR_INPUT,
-                        "solver.method direct: this build of nmm lacks it; build with SuiteSparse");
-    }
     if (device != NMM_DEVICE_TARGET) return NMM_OK;
     if (nmm_solve_target() == NULL) {
         return nmm_fail(&sim->context, NMM_ERROR_DEVICE,

@@ -12,6 +12,7 @@
 // Factors of the step size: after a failure, and at most after a success.
 #define SHORTEN 0.3
 #define GROW 1.3
+#define GROW_STATIC 2
 
 void nmm_sim_clock(nmm_sim *sim, double *phase) {
     const double now = nmm_clock();
@@ -116,7 +117,8 @@ static nmm_status find_contacts(nmm_sim *sim, double h) {
     sim->allowed_now = sim->allowed;
     if (sim->state.step == 0) sim->speed = largest_velocity(sim);
     if (sim->search != NULL) {
-        const double expected = 1.5 * h * sim->speed + 0.02 * sim->model.size;
+        const bool free = sim->settings.is_static;
+        const double expected = free ? sim->allowed : 1.5 * h * sim->speed + 0.02 * sim->model.size;
         sim->allowed_now = nmm_min(sim->allowed, expected);
         TRY(nmm_contact_find(&sim->context, sim->search, &sim->model, &sim->state,
                              2 * sim->allowed_now + deepest_overlap(sim)));
@@ -150,9 +152,14 @@ static void update_stress(nmm_sim *sim) {
             d[i] = sim->state.displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
         }
         const nmm_strain strain = nmm_strain_of(d, model->element_gradient + 6 * (long)e);
-        const double *P = sim->system.piola + 4 * (long)e;
-        nmm_cauchy_of(&strain, (nmm_tensor){P[0], P[1], P[2], P[3]},
-                      sim->state.stress + 3 * (long)e);
+        const double *in_step = sim->system.piola + 4 * (long)e;
+        nmm_tensor P = {in_step[0], in_step[1], in_step[2], in_step[3]};
+        // That was a mean over the step: here counts its end.
+        if (sim->system.start_stress != NULL) {
+            P = nmm_piola_of(sim->system.elastic[model->element_material[e]], &strain,
+                             sim->state.initial_stress + 3 * (long)e);
+        }
+        nmm_cauchy_of(&strain, P, sim->state.stress + 3 * (long)e);
         sim->state.rotation[2 * e] = strain.c;
         sim->state.rotation[2 * e + 1] = strain.s;
     }
@@ -162,7 +169,8 @@ static void update_stress(nmm_sim *sim) {
 static void report_supports(nmm_sim *sim) {
     double most = 0;
     for (int s = 0; s < sim->model.n_support; s++) {
-        const nmm_vec2 error = nmm_support_error(&sim->model, &sim->state, s, sim->state.time);
+        const nmm_vec2 error =
+            nmm_support_error(&sim->model, &sim->state, s, nmm_sim_time_after(sim, 0));
         most = nmm_max(most, nmm_vec2_dot(error, error));
     }
     sim->summary.max_support_give = nmm_max(sim->summary.max_support_give, sqrt(most));
@@ -186,10 +194,14 @@ static void report_contacts(nmm_sim *sim) {
 static nmm_status accept_step(nmm_sim *sim, double h) {
     nmm_state *state = &sim->state;
     const nmm_contact_energy before = sim->contact_energy;
-    state->time += h;
+    // Statics have no time: the way to its end is gone in parts.
+    state->time += sim->settings.is_static ? (sim->settings.end - state->time) / 8 : h;
     state->step += 1;
     update_stress(sim);
     update_velocity(sim, h);
+    if (sim->settings.is_static) {
+        memset(state->velocity, 0, 2 * (size_t)sim->model.n_cover * sizeof(double));
+    }
     if (sim->search != NULL) {
         nmm_contact_commit(sim->search, &sim->model, state, &sim->contact_energy);
     }
@@ -205,6 +217,7 @@ static nmm_status accept_step(nmm_sim *sim, double h) {
 
 // Length of the next try: as wished, and the last step ends on the scene's end.
 static double choose_length(const nmm_sim *sim) {
+    if (sim->settings.is_static) return sim->state.dt;
     const double left = sim->settings.end - sim->state.time;
     const double wished = sim->state.dt;
     if (left <= wished * (1 + 1e-9)) return left;
@@ -222,10 +235,13 @@ static double shorter(const nmm_sim *sim, double h, nmm_try outcome) {
 
 // Grow slowly, stay below the cap, do not plan to move further than allowed.
 static void plan_next(nmm_sim *sim, double h) {
-    double next = nmm_min(GROW * h, sim->settings.dt_max);
+    const double grow = sim->settings.is_static ? GROW_STATIC : GROW;
+    double next = nmm_min(grow * h, sim->settings.dt_max);
     if (h < sim->state.dt) next = nmm_max(next, nmm_min(sim->state.dt, GROW * h));
     sim->speed = sim->report.move * sim->allowed_now / h;
-    if (sim->speed > 0) next = nmm_min(next, 0.8 * sim->allowed / sim->speed);
+    // From rest the way grows with the square of the step, else with the step.
+    const double share = 0.8 * sim->allowed / (sim->speed * h);
+    if (sim->speed > 0) next = nmm_min(next, h * (sim->settings.is_static ? sqrt(share) : share));
     sim->state.dt = nmm_max(next, sim->settings.dt_min);
 }
 
@@ -282,6 +298,7 @@ static nmm_status do_step(nmm_sim *sim) {
     double h = choose_length(sim);
     TRY(find_contacts(sim, h));
     TRY(save_start(sim));
+    nmm_system_begin(&sim->context, &sim->system, &sim->model, &sim->state);
     TRY(settle_step(sim, &h));
     if (report->end != NMM_END_RUNNING) return NMM_OK;
     TRY(accept_step(sim, h));
@@ -290,7 +307,9 @@ static nmm_status do_step(nmm_sim *sim) {
     report->time = sim->state.time;
     report->dt = h;
     report->energy = sim->energy;
-    if (sim->state.time >= sim->settings.end * (1 - 1e-12)) {
+    if (sim->settings.is_static) {
+        nmm_static_judge(sim, h);
+    } else if (sim->state.time >= sim->settings.end * (1 - 1e-12)) {
         report->end = sim->summary.end = NMM_END_COMPLETED;
     }
     return NMM_OK;

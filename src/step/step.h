@@ -43,6 +43,7 @@ typedef struct nmm_dump {
     int iteration;      // of the open-close loop, from 1
     const char *prefix; // of the files
     int n_written;      // tries of the step that came so far
+    void *user;         // of `write`
 } nmm_dump;
 
 struct nmm_sim {
@@ -87,6 +88,15 @@ struct nmm_sim {
     nmm_dump dump;
     char *choices; // text of nmm_sim_choices, in the scene's arena
 };
+
+/// Time that loads and supports follow after a step of length h: in statics always the end.
+static inline double nmm_sim_time_after(const nmm_sim *sim, double h) {
+    return sim->settings.is_static ? sim->settings.end : sim->state.time + h;
+}
+
+/// Statics: has the state that was just accepted come to rest, or is there no equilibrium? Sets end
+/// and reason of report and summary.
+void nmm_static_judge(nmm_sim *sim, double h);
 
 /// Change of time since the last call of it is added to *phase.
 void nmm_sim_clock(nmm_sim *sim, double *phase);

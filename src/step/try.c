@@ -425,7 +425,7 @@ static void look_again(nmm_sim *sim, passes *p, const nmm_step_state *step) {
 }
 
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
-    const nmm_step_state step = {h, sim->state.time + h, sim->moved};
+    const nmm_step_state step = {h, nmm_sim_time_after(sim, h), sim->moved};
     passes p = {.drift_allowed = drift_allowed(sim, h)};
     sim->report.passes = 0;
     *outcome = NMM_TRY_SETTLED;

@@ -30,9 +30,9 @@ static void stiffness_pass(nmm_system *system, const nmm_model *model, const nmm
         for (int i = 0; i < 6; i++)
             d[i] = state->displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
         const nmm_strain strain = nmm_strain_of(d, gradient);
-        system->stiffness[e] =
-            nmm_stiffness_of(system->elastic[model->element_material[e]], &strain,
-                             0.5 * (initial[0] + initial[1]), model->element_area[e], gradient);
+        system->stiffness[e] = nmm_stiffness_of(system->elastic[model->element_material[e]],
+                                                &strain, 0.5 * (initial[0] + initial[1]),
+                                                system->share * model->element_area[e], gradient);
     }
 }
 
@@ -51,7 +51,7 @@ static void add_supports(nmm_system *system, const nmm_model *model, int c) {
         const nmm_support *s = &model->support[system->cover_support[k] / 3];
         for (int j = 0; j < 3; j++) {
             const int slot = system->base_slot[9 * (long)s->element + 3 * i + j];
-            const double w = s->stiffness * s->weight[i] * s->weight[j];
+            const double w = system->share * s->stiffness * s->weight[i] * s->weight[j];
             add_diagonal(system->base_value + 4 * (long)slot, s->fix_x ? w : 0, s->fix_y ? w : 0);
         }
     }

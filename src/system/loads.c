@@ -251,11 +251,16 @@ static nmm_status place_support(placing *p, nmm_scene *scene, const nmm_scene_su
 
 // --- Loads and monitors
 
-static nmm_status add_load(placing *p, int element, nmm_vec2 place, nmm_vec2 force, int history) {
+static nmm_status add_load(placing *p, const nmm_scene_load *from, int element, nmm_vec2 place,
+                           double length) {
     nmm_model *model = p->model;
     TRY(nmm_grow(p->context, &model->load, &p->load_capacity, model->n_load + 1, sizeof(nmm_load)));
     nmm_load *load = &model->load[model->n_load];
-    *load = (nmm_load){.element = element, .place = place, .force = force, .history = history};
+    *load = (nmm_load){.element = element,
+                       .place = place,
+                       .force = nmm_vec2_scale(length > 0 ? length : 1, from->value),
+                       .length = length,
+                       .history = from->history};
     nmm_element_weights(model, element, place, load->weight);
     model->n_load += 1;
     return NMM_OK;
@@ -279,8 +284,7 @@ static nmm_status load_segment(placing *p, const nmm_scene_load *from) {
         const double low = nmm_max(0, nmm_min(s, t)), high = nmm_min(length, nmm_max(s, t));
         if (high - low <= 0) continue;
         const nmm_vec2 middle = nmm_vec2_mix(a, b, 0.5 * (low + high) / length);
-        const nmm_vec2 force = nmm_vec2_scale(high - low, from->value);
-        TRY(add_load(p, model->edge_element[v], middle, force, from->history));
+        TRY(add_load(p, from, model->edge_element[v], middle, high - low));
     }
     return NMM_OK;
 }
@@ -291,7 +295,7 @@ static nmm_status place_load(placing *p, nmm_scene *scene, const nmm_scene_load 
     if (from->kind == NMM_PLACE_POINT) {
         const nmm_vec2 place = nmm_vec2_sub(from->a, model->origin);
         const int e = nmm_model_find_element(model, place, p->touch);
-        if (e >= 0) TRY(add_load(p, e, place, from->value, from->history));
+        if (e >= 0) TRY(add_load(p, from, e, place, 0));
     } else {
         TRY(load_segment(p, from));
     }

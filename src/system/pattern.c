@@ -168,6 +168,13 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
                              const nmm_scene_settings *settings, nmm_system *system) {
     const size_t n = (size_t)model->n_cover, n_element = (size_t)model->n_element;
     system->damping = settings->damping;
+    system->share = 2 * settings->beta;
+    if (settings->newmark) {
+        TRY(nmm_allocate(context, &system->start_stress, 3 * n_element, sizeof(double)));
+        TRY(nmm_allocate(context, &system->start_load, 2 * n, sizeof(double)));
+        TRY(nmm_allocate(context, &system->start_reaction, 2 * (size_t)model->n_support,
+                         sizeof(double)));
+    }
     TRY(build_base(context, system, model));
     TRY(nmm_allocate(context, &system->element_mass, 6 * n_element, sizeof(double)));
     TRY(nmm_allocate(context, &system->base_mass, (size_t)system->base_start[n], sizeof(double)));
@@ -194,6 +201,7 @@ void nmm_system_destroy(nmm_context *context, nmm_system *system) {
         &system->elastic,      &system->support_start, &system->cover_support,
         &system->edge_start,   &system->cover_edge,    &system->fixed,
         &system->reaction,     &system->place,         &system->column,
+        &system->start_stress, &system->start_load,    &system->start_reaction,
         &system->row_room,     &system->piola,         &system->element_force,
         &system->acceleration, &system->load,          &system->support_force,
         &system->pull,         &system->edge_force,    &system->contact_force,

@@ -11,25 +11,37 @@
 
 // --- Loads and supports
 
-void nmm_system_load(nmm_system *system, const nmm_model *model, double time) {
+static void loads_at(double *load, const nmm_system *system, const nmm_model *model, double time) {
     // The ground's acceleration acts on a body seen from the ground as -a.
     double ground[2] = {0, 0};
     if (model->base_motion.n > 0) nmm_history_value(&model->base_motion, time, ground);
     const double ax = model->gravity.x - ground[0], ay = model->gravity.y - ground[1];
     for (int c = 0; c < model->n_cover; c++) {
-        system->load[2 * c] = system->cover_mass[c] * ax;
-        system->load[2 * c + 1] = system->cover_mass[c] * ay;
+        load[2 * c] = system->cover_mass[c] * ax;
+        load[2 * c + 1] = system->cover_mass[c] * ay;
     }
     for (int k = 0; k < model->n_load; k++) {
-        const nmm_load *load = &model->load[k];
+        const nmm_load *from = &model->load[k];
         double factor = 1;
-        if (load->history >= 0) nmm_history_value(&model->history[load->history], time, &factor);
+        if (from->history >= 0) nmm_history_value(&model->history[from->history], time, &factor);
         for (int i = 0; i < 3; i++) {
-            const int c = model->element_cover[3 * load->element + i];
-            system->load[2 * c] += factor * load->weight[i] * load->force.x;
-            system->load[2 * c + 1] += factor * load->weight[i] * load->force.y;
+            const int c = model->element_cover[3 * from->element + i];
+            load[2 * c] += factor * from->weight[i] * from->force.x;
+            load[2 * c + 1] += factor * from->weight[i] * from->force.y;
         }
     }
+}
+
+// Mean of what acts at the end of the step, in x, and at its start.
+static void take_mean(int n, double share, double *x, const double *start) {
+    for (int i = 0; i < n; i++)
+        x[i] = share * x[i] + (1 - share) * start[i];
+}
+
+void nmm_system_load(nmm_system *system, const nmm_model *model, double time) {
+    loads_at(system->load, system, model, time);
+    if (system->start_load != NULL)
+        take_mean(2 * model->n_cover, system->share, system->load, system->start_load);
 }
 
 void nmm_system_hold(const nmm_model *model, nmm_state *state, double time) {
@@ -69,10 +81,14 @@ nmm_vec2 nmm_support_reaction(const nmm_model *model, const nmm_state *state, in
 
 // Stress and inner forces of each element, eq. (3.8), by chunks.
 static void elements_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
-                          int n_thread) {
+                          const nmm_step_state *step, int n_thread) {
     enum { CHUNK = 256 };
     const int n = model->n_element, n_chunk = (n + CHUNK - 1) / CHUNK;
-    const nmm_inner inner = {system->piola, system->element_force};
+    const nmm_inner inner = {.piola = system->piola,
+                             .force = system->element_force,
+                             .start = system->start_stress,
+                             .moved = step->moved,
+                             .share = system->share};
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int k = 0; k < n_chunk; k++) {
         const int first = k * CHUNK, end = nmm_min_int(n, first + CHUNK);
@@ -93,15 +109,43 @@ static void acceleration_pass(nmm_system *system, const nmm_model *model, const 
 }
 
 // Few, and their histories are read: serial.
-static void supports_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
-                          double end) {
+static void reactions_at(double *force, const nmm_model *model, const nmm_state *state,
+                         double time) {
     for (int s = 0; s < model->n_support; s++) {
-        const nmm_vec2 error = nmm_support_error(model, state, s, end);
+        const nmm_vec2 error = nmm_support_error(model, state, s, time);
         const nmm_vec2 reaction = nmm_support_reaction(model, state, s, error);
-        system->support_force[2 * s] = reaction.x;
-        system->support_force[2 * s + 1] = reaction.y;
+        force[2 * s] = reaction.x;
+        force[2 * s + 1] = reaction.y;
     }
 }
+
+static void supports_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                          double end) {
+    reactions_at(system->support_force, model, state, end);
+    if (system->start_reaction == NULL) return;
+    take_mean(2 * model->n_support, system->share, system->support_force, system->start_reaction);
+}
+
+// --- Start of a step
+
+void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_model *model,
+                      const nmm_state *state) {
+    if (system->start_stress == NULL) return;
+    const int n = model->n_element, n_thread = context->n_thread;
+    loads_at(system->start_load, system, model, state->time);
+    reactions_at(system->start_reaction, model, state, state->time);
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
+    for (int e = 0; e < n; e++) {
+        double d[6];
+        for (int i = 0; i < 6; i++)
+            d[i] = state->displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
+        const nmm_strain strain = nmm_strain_of(d, model->element_gradient + 6 * (long)e);
+        nmm_biot_of(system->elastic[model->element_material[e]], &strain,
+                    state->initial_stress + 3 * (long)e, system->start_stress + 3 * (long)e);
+    }
+}
+
+// --- Contacts
 
 static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
                           int n_thread) {
@@ -197,7 +241,7 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
                          const nmm_state *state, const nmm_step_state *step) {
     const int n_thread = context->n_thread, n = model->n_cover;
     NMM_ASSERT(system->couples.n_contact == state->n_contact);
-    elements_pass(system, model, state, n_thread);
+    elements_pass(system, model, state, step, n_thread);
     acceleration_pass(system, model, state, step);
     supports_pass(system, model, state, step->end);
     if (state->n_contact > 0) {

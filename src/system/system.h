@@ -64,6 +64,12 @@ typedef struct nmm_system {
     double *reaction;     // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
     unsigned char *fixed; // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
     double damping;       // [1/s]
+    double share;         // of the end of a step in its mean forces: 2 beta, 1 in Shi's scheme
+
+    // At the start of the step, where means over the step are taken; else NULL.
+    double *start_stress;   // [n_element][3] Pa, Biot
+    double *start_load;     // [n_cover][2] N
+    double *start_reaction; // [n_support][2] N
 
     // Follow from the contacts.
     nmm_couples couples;
@@ -74,7 +80,7 @@ typedef struct nmm_system {
     int *row_room; // [n_cover]
 
     // Of the residual.
-    double *piola;         // [n_element][4] Pa
+    double *piola;         // [n_element][4] Pa, what acts in the step
     double *element_force; // [n_element][3][2] N, inner forces on the covers
     double *acceleration;  // [n_cover][2] m/s2, damping included
     double *load;          // [n_cover][2] N
@@ -110,7 +116,12 @@ void nmm_system_destroy(nmm_context *context, nmm_system *system);
 nmm_status nmm_system_pattern(nmm_context *context, nmm_system *system, const nmm_model *model,
                               const nmm_state *state);
 
-/// system->load: gravity, ground acceleration and loads at `time`.
+/// Stresses, loads and reactions at the start of a step, where its forces are means.
+void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_model *model,
+                      const nmm_state *state);
+
+/// system->load: gravity, ground acceleration and loads at `time`; their mean with those at the
+/// start of the step, where its forces are means.
 void nmm_system_load(nmm_system *system, const nmm_model *model, double time);
 
 /// system->residual and force_scale at state->displacement, position and contact forces.

@@ -115,11 +115,12 @@ static void fill_elements(const nmm_picture *picture) {
     }
 }
 
-// Faint, and only where elements are large enough on the page to be told apart.
+// Faint, and only where elements are large enough to be told apart: on the page, and in pixels
+// (about 8 across).
 static void draw_element_edges(const nmm_picture *picture) {
     const int n = picture->geometry->n_element;
     const double area = picture->plot.width * picture->plot.height / nmm_max_int(n, 1);
-    if (n > MOST_EDGES || area < 150 * picture->unit * picture->unit) return;
+    if (n > MOST_EDGES || area < nmm_max(150 * picture->unit * picture->unit, 32)) return;
     cairo_set_source_rgba(picture->cairo, 0, 0, 0, 0.16);
     cairo_set_line_width(picture->cairo, 0.9 * picture->unit);
     for (int e = 0; e < n; e++)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What is drawn over the blocks: joints that opened or slid, contact forces, supports, loads,
-// monitors; and the legend that explains those that are there.
+// What is drawn over the blocks: joints that opened or slid, contact forces, supports (loads are in
+// loads.c); and the legend that explains those that are there.
 
 #include "view.h"
 
@@ -11,15 +11,13 @@ static const nmm_colour ink = {0.13, 0.13, 0.15};
 static const nmm_colour open_colour = {0.05, 0.72, 0.95};  // joint that opened
 static const nmm_colour slid_colour = {0.98, 0.45, 0.05};  // joint that slid
 static const nmm_colour force_colour = {0.10, 0.10, 0.12}; // contact force
-static const nmm_colour load_colour = {0.72, 0.05, 0.38};  // load
 static const nmm_colour support_colour = {0.10, 0.42, 0.24};
 
 static void set_colour(cairo_t *cairo, nmm_colour colour) {
     cairo_set_source_rgb(cairo, colour.r, colour.g, colour.b);
 }
 
-// The path in `colour` on a white line, so that it shows on every ground.
-static void stroke_cased(cairo_t *cairo, nmm_colour colour, double width, double casing) {
+void nmm_draw_cased(cairo_t *cairo, nmm_colour colour, double width, double casing) {
     cairo_set_source_rgba(cairo, 1, 1, 1, 0.85);
     cairo_set_line_width(cairo, width + 2 * casing);
     cairo_stroke_preserve(cairo);
@@ -41,7 +39,7 @@ static void draw_joints(const nmm_picture *picture, int state, nmm_colour colour
         cairo_move_to(cairo, a[0], a[1]);
         cairo_line_to(cairo, b[0], b[1]);
     }
-    stroke_cased(cairo, colour, (g->n_block > 400 ? 2.2 : 3.6) * u, 0.8 * u);
+    nmm_draw_cased(cairo, colour, (g->n_block > 400 ? 2.2 : 3.6) * u, 0.8 * u);
 }
 
 // Forces smaller than this part of the largest are not drawn.
@@ -77,14 +75,14 @@ static void draw_forces(const nmm_picture *picture) {
         cairo_move_to(picture->cairo, at[0] - half * c->force[0], at[1] + half * c->force[1]);
         cairo_line_to(picture->cairo, at[0] + half * c->force[0], at[1] - half * c->force[1]);
         const double width = 1.2 + crowd * (0.6 + 4.2 * part);
-        stroke_cased(picture->cairo, force_colour, width * u, (0.5 + 0.5 * crowd * part) * u);
+        nmm_draw_cased(picture->cairo, force_colour, width * u, (0.5 + 0.5 * crowd * part) * u);
     }
 }
 
-// --- Supports and loads
+// --- Supports
 
-// Page place of a reference place in element e: the shift of the element's nearest corner.
-static nmm_vec2 moved_place(const nmm_picture *picture, int e, double x, double y) {
+// The shift is that of the element's nearest corner.
+nmm_vec2 nmm_moved_place(const nmm_picture *picture, int e, double x, double y) {
     const nmm_file_geometry *g = picture->geometry;
     long nearest = -1;
     double least = INFINITY;
@@ -202,7 +200,7 @@ static void draw_supports(const nmm_picture *picture) {
         const nmm_support_row *s = &g->support[i];
         const int kind = (s->fix_x != 0) + 2 * (s->fix_y != 0);
         if (s->held || kind == 0) continue;
-        const nmm_vec2 at = moved_place(picture, s->element, s->x, s->y);
+        const nmm_vec2 at = nmm_moved_place(picture, s->element, s->x, s->y);
         if (!has_room(&drawn, at, kind, apart)) continue;
         like = support_direction(picture, s, like);
         draw_support(picture->cairo, at, like.x, like.y, size, kind != 3);
@@ -237,72 +235,8 @@ static void draw_held(const nmm_picture *picture) {
         cairo_move_to(cairo, plot.x + x, plot.y + plot.height);
         cairo_line_to(cairo, plot.x + x + plot.height, plot.y);
     }
-    stroke_cased(cairo, support_colour, 1.6 * picture->unit, 0.7 * picture->unit);
+    nmm_draw_cased(cairo, support_colour, 1.6 * picture->unit, 0.7 * picture->unit);
     cairo_restore(cairo);
-}
-
-static void draw_arrow(cairo_t *cairo, nmm_vec2 tip, double dx, double dy, double length,
-                       double u) {
-    const double head = nmm_min(13 * u, 0.6 * length);
-    const double bx = tip.x - dx * head, by = tip.y - dy * head;
-    cairo_move_to(cairo, tip.x - dx * length, tip.y - dy * length);
-    cairo_line_to(cairo, bx, by);
-    stroke_cased(cairo, load_colour, 2.6 * u, 0.8 * u);
-    cairo_move_to(cairo, tip.x, tip.y);
-    cairo_line_to(cairo, bx - dy * head * 0.45, by + dx * head * 0.45);
-    cairo_line_to(cairo, bx + dy * head * 0.45, by - dx * head * 0.45);
-    cairo_close_path(cairo);
-    set_colour(cairo, load_colour);
-    cairo_fill(cairo);
-}
-
-static double largest_load(const nmm_file_geometry *g) {
-    double most = 0;
-    for (int i = 0; i < g->n_load; i++)
-        most = nmm_max(most, hypot(g->load[i].fx, g->load[i].fy));
-    return most;
-}
-
-// Forces on a boundary come in unequal parts: an arrow shows the mean of those
-// around it that point the same way.
-static nmm_vec2 mean_load(const nmm_picture *picture, nmm_vec2 at, nmm_vec2 like, double reach) {
-    const nmm_file_geometry *g = picture->geometry;
-    nmm_vec2 sum = {0, 0};
-    int n = 0;
-    for (int i = 0; i < g->n_load; i++) {
-        const nmm_load_row *l = &g->load[i];
-        const nmm_vec2 there = moved_place(picture, l->element, l->x, l->y);
-        const nmm_vec2 force = {l->fx, l->fy};
-        const double alike = nmm_vec2_dot(force, like) / hypot(like.x, like.y);
-        if (hypot(there.x - at.x, there.y - at.y) > reach) continue;
-        if (alike < 0.7 * hypot(force.x, force.y)) continue;
-        sum = nmm_vec2_add(sum, force);
-        n += 1;
-    }
-    return n > 0 ? nmm_vec2_scale(1.0 / n, sum) : sum;
-}
-
-static void draw_loads(const nmm_picture *picture) {
-    const nmm_file_geometry *g = picture->geometry;
-    const double most = largest_load(g), u = picture->unit;
-    placed_marks drawn = {.n = 0};
-    nmm_vec2 last = {-INFINITY, -INFINITY};
-    for (int i = 0; i < g->n_load && most > 0; i++) {
-        const nmm_load_row *l = &g->load[i];
-        if (hypot(l->fx, l->fy) < 0.02 * most) continue;
-        const nmm_vec2 at = moved_place(picture, l->element, l->x, l->y);
-        const nmm_vec2 off = nmm_vec2_sub(at, last), to = {l->fx, -l->fy};
-        // Arrows behind each other need more room than arrows side by side.
-        const double across = fabs(nmm_vec2_cross(off, to));
-        const bool behind = across < 0.5 * hypot(off.x, off.y) * hypot(to.x, to.y);
-        if (!has_room(&drawn, at, 0, (behind ? 66 : 26) * u)) continue;
-        last = at;
-        const nmm_vec2 mean = mean_load(picture, at, (nmm_vec2){l->fx, l->fy}, 60 * u);
-        const double force = hypot(mean.x, mean.y);
-        if (!(force > 0)) continue;
-        const double length = (18 + 32 * nmm_min(1, force / most)) * u;
-        draw_arrow(picture->cairo, at, mean.x / force, -mean.y / force, length, u);
-    }
 }
 
 void nmm_draw_marks(const nmm_picture *picture) {
@@ -311,12 +245,12 @@ void nmm_draw_marks(const nmm_picture *picture) {
     if (picture->n_slid > 0) draw_joints(picture, NMM_EDGE_SLID, slid_colour);
     draw_forces(picture);
     draw_supports(picture);
-    draw_loads(picture);
+    nmm_draw_loads(picture);
 }
 
 // --- Legend
 
-typedef enum symbol { FORCE, OPEN, SLID, SUPPORT, HELD, LOAD } symbol;
+typedef enum symbol { FORCE, OPEN, SLID, SUPPORT, HELD, LOAD, TRACTION } symbol;
 
 static void draw_symbol(const nmm_picture *picture, symbol kind, double x, double y) {
     cairo_t *cairo = picture->cairo;
@@ -325,13 +259,13 @@ static void draw_symbol(const nmm_picture *picture, symbol kind, double x, doubl
     cairo_line_to(cairo, x + 44 * u, y);
     switch (kind) {
     case FORCE:
-        stroke_cased(cairo, force_colour, 6 * u, 0);
+        nmm_draw_cased(cairo, force_colour, 6 * u, 0);
         return;
     case OPEN:
-        stroke_cased(cairo, open_colour, 4 * u, 0);
+        nmm_draw_cased(cairo, open_colour, 4 * u, 0);
         return;
     case SLID:
-        stroke_cased(cairo, slid_colour, 4 * u, 0);
+        nmm_draw_cased(cairo, slid_colour, 4 * u, 0);
         return;
     case SUPPORT:
         cairo_new_path(cairo);
@@ -350,19 +284,38 @@ static void draw_symbol(const nmm_picture *picture, symbol kind, double x, doubl
         return;
     case LOAD:
         cairo_new_path(cairo);
-        draw_arrow(cairo, (nmm_vec2){x + 44 * u, y}, 1, 0, 40 * u, u);
+        nmm_draw_arrow(cairo, (nmm_vec2){x + 44 * u, y}, (nmm_vec2){1, 0}, 40 * u,
+                       nmm_load_width(NMM_LOAD_FORCE) * u);
+        return;
+    case TRACTION:
+        cairo_new_path(cairo);
+        for (int i = 0; i < 3; i++) {
+            nmm_draw_arrow(cairo, (nmm_vec2){x + (6 + 16 * i) * u, y + 13 * u}, (nmm_vec2){0, 1},
+                           26 * u, nmm_load_width(NMM_LOAD_TRACTION) * u);
+        }
         return;
     }
 }
 
-static const char *force_text(char text[96], const char *what, double force) {
-    const double factor = force >= 1e9 ? 1e9 : force >= 1e6 ? 1e6 : force >= 1e3 ? 1e3 : 1;
-    const char *unit = factor == 1e9 ? "GN" : factor == 1e6 ? "MN" : factor == 1e3 ? "kN" : "N";
+// "contact force (largest 12.2 kN)".
+static void amount_text(char text[96], const char *what, double amount, const char *unit) {
+    const double factor = amount >= 1e9 ? 1e9 : amount >= 1e6 ? 1e6 : amount >= 1e3 ? 1e3 : 1;
+    const char *prefix = factor == 1e9 ? "G" : factor == 1e6 ? "M" : factor == 1e3 ? "k" : "";
     char number[32];
-    const double rounded = force / factor;
+    const double rounded = amount / factor;
     nmm_tick_text(number, rounded, rounded >= 100 ? 1 : rounded >= 10 ? 0.1 : 0.01);
-    snprintf(text, 96, "%s (largest %s %s)", what, number, unit);
-    return text;
+    snprintf(text, 96, "%s %s %s%s)", what, number, prefix, unit);
+}
+
+// Where loads of one place were added up, the largest is a sum.
+static bool load_text(const nmm_picture *picture, nmm_load_kind kind, char text[96]) {
+    const char *const what[2][2] = {
+        [NMM_LOAD_TRACTION] = {"traction (largest", "traction (largest sum"},
+        [NMM_LOAD_FORCE] = {"load (largest", "load (largest sum at a point"}};
+    const double largest = picture->load_largest[kind];
+    amount_text(text, what[kind][picture->load_summed[kind]], largest,
+                kind == NMM_LOAD_FORCE ? "N" : "Pa");
+    return largest > 0;
 }
 
 // Is there an entry for the symbol? Then its text.
@@ -373,7 +326,7 @@ static bool legend_text(const nmm_picture *picture, symbol kind, char text[96]) 
         held += g->support[i].held != 0;
     switch (kind) {
     case FORCE:
-        force_text(text, "contact force", picture->force_most);
+        amount_text(text, "contact force (largest", picture->force_most, "N");
         return picture->force_most > 0;
     case OPEN:
         snprintf(text, 96, "open joint");
@@ -388,8 +341,9 @@ static bool legend_text(const nmm_picture *picture, symbol kind, char text[96]) 
         snprintf(text, 96, "held block");
         return held > 0;
     case LOAD:
-        force_text(text, "load", largest_load(g));
-        return largest_load(g) > 0;
+        return load_text(picture, NMM_LOAD_FORCE, text);
+    case TRACTION:
+        return load_text(picture, NMM_LOAD_TRACTION, text);
     }
     return false;
 }
@@ -400,7 +354,7 @@ int nmm_draw_legend(const nmm_picture *picture, bool draw) {
     double x = room.x;
     int lines = 0;
     char text[96];
-    for (int i = FORCE; i <= LOAD; i++) {
+    for (int i = FORCE; i <= TRACTION; i++) {
         if (!legend_text(picture, (enum symbol)i, text)) continue;
         const double width = 56 * u + nmm_text_width(picture->cairo, text, 24 * u, false) + 40 * u;
         if (lines == 0) lines = 1;

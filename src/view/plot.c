@@ -190,6 +190,7 @@ static nmm_status draw(nmm_picture *picture, const char *path, const nmm_plot_de
     TRY(nmm_allocate(context, &picture->edge_state, (size_t)g->n_edge,
                      sizeof *picture->edge_state));
     TRY(find_edge_states(picture));
+    TRY(nmm_loads_gather(picture, scene_side(g)));
     TRY(nmm_shade_name(file, &picture->frame, g, def->field, &field));
     TRY(nmm_shade_make(file, &picture->frame, g, field, &picture->shade));
     write_titles(picture);
@@ -203,6 +204,7 @@ nmm_status nmm_file_plot(nmm_file *file, const char *path, const nmm_plot_def *d
     nmm_file_frame_destroy(file, &picture.frame);
     nmm_release(context, &picture.page);
     nmm_release(context, &picture.edge_state);
+    nmm_release(context, &picture.arrow);
     nmm_release(context, &picture.shade.value);
     nmm_release(context, &picture.shade.slope);
     return status;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// PNG, SVG and PDF from one drawing. The picture is laid out on a surface that only measures text,
-// then drawn on one of the right size, whose bytes go into a temporary that takes the picture's
-// name when it is whole.
+// PNG, SVG and PDF from one drawing. A page is laid out on a surface that only measures text, then
+// drawn on one of the right size, whose bytes go into a temporary that takes the picture's name
+// when it is whole.
 //
 // Vector pages are 160 mm wide at the default width, a text column of a paper.
 
@@ -34,9 +34,8 @@ static cairo_status_t write_bytes(void *user, const unsigned char *bytes, unsign
     return file->error != 0 ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_SUCCESS;
 }
 
-static cairo_surface_t *create_surface(const nmm_picture *picture, nmm_kind kind,
-                                       nmm_replacement *file) {
-    const double width = picture->width, height = picture->height;
+static cairo_surface_t *create_surface(const nmm_page *page, nmm_kind kind, nmm_replacement *file) {
+    const double width = page->width, height = page->height;
     cairo_surface_t *surface = NULL;
     switch (kind) {
     case NMM_KIND_PNG:
@@ -55,60 +54,91 @@ static cairo_surface_t *create_surface(const nmm_picture *picture, nmm_kind kind
     return NULL;
 }
 
-static nmm_status fail_cairo(nmm_picture *picture, cairo_status_t status) {
+static nmm_status fail_cairo(nmm_context *context, cairo_status_t status) {
     const nmm_status kind = status == CAIRO_STATUS_NO_MEMORY ? NMM_ERROR_MEMORY : NMM_ERROR_FILE;
-    return nmm_fail(nmm_file_context(picture->file), kind, "cannot draw the picture: %s",
-                    cairo_status_to_string(status));
+    return nmm_fail(context, kind, "cannot draw the picture: %s", cairo_status_to_string(status));
 }
 
 // Text is measured on a surface of the same kind of scaling, without output.
-static nmm_status lay_out(nmm_picture *picture, double width) {
+nmm_status nmm_page_measure(const nmm_page *page, void (*measure)(void *user, cairo_t *cairo)) {
     cairo_surface_t *surface = cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1);
-    picture->cairo = cairo_create(surface);
+    cairo_t *cairo = cairo_create(surface);
     cairo_font_options_t *options = cairo_font_options_create();
     cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
-    cairo_set_font_options(picture->cairo, options);
+    cairo_set_font_options(cairo, options);
     cairo_font_options_destroy(options);
-    nmm_layout_make(picture, width);
-    nmm_shade_slopes(&picture->frame, picture->geometry, picture->page, &picture->shade);
-    const cairo_status_t status = cairo_status(picture->cairo);
-    cairo_destroy(picture->cairo);
+    measure(page->user, cairo);
+    const cairo_status_t status = cairo_status(cairo);
+    cairo_destroy(cairo);
     cairo_surface_destroy(surface);
-    picture->cairo = NULL;
-    return status == CAIRO_STATUS_SUCCESS ? NMM_OK : fail_cairo(picture, status);
+    return status == CAIRO_STATUS_SUCCESS ? NMM_OK : fail_cairo(page->context, status);
 }
 
-static cairo_status_t draw(nmm_picture *picture, nmm_kind kind, nmm_replacement *file) {
-    cairo_surface_t *surface = create_surface(picture, kind, file);
-    picture->cairo = cairo_create(surface);
+static nmm_status write_image(nmm_context *context, cairo_surface_t *surface,
+                              nmm_replacement *file) {
+    cairo_surface_flush(surface);
+    const nmm_pixels image = {.pixel = (const void *)cairo_image_surface_get_data(surface),
+                              .width = cairo_image_surface_get_width(surface),
+                              .height = cairo_image_surface_get_height(surface),
+                              .stride = (size_t)cairo_image_surface_get_stride(surface) / 4};
+    return nmm_png_write(context, &image, file);
+}
+
+static nmm_status draw(const nmm_page *page, nmm_kind kind, nmm_replacement *file) {
+    cairo_surface_t *surface = create_surface(page, kind, file);
+    cairo_t *cairo = cairo_create(surface);
     cairo_font_options_t *options = cairo_font_options_create();
     cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
     cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
-    cairo_set_font_options(picture->cairo, options);
+    cairo_set_font_options(cairo, options);
     cairo_font_options_destroy(options);
-    if (kind != NMM_KIND_PNG) cairo_scale(picture->cairo, POINTS, POINTS);
-    nmm_draw_page(picture);
-    cairo_status_t status = cairo_status(picture->cairo);
-    cairo_destroy(picture->cairo);
-    picture->cairo = NULL;
-    if (status == CAIRO_STATUS_SUCCESS && kind == NMM_KIND_PNG)
-        status = cairo_surface_write_to_png_stream(surface, write_bytes, file);
+    if (kind != NMM_KIND_PNG) cairo_scale(cairo, POINTS, POINTS);
+    page->draw(page->user, cairo);
+    cairo_status_t drawn = cairo_status(cairo);
+    nmm_status status = NMM_OK;
+    cairo_destroy(cairo);
+    if (drawn == CAIRO_STATUS_SUCCESS && kind == NMM_KIND_PNG)
+        status = write_image(page->context, surface, file);
     cairo_surface_finish(surface);
-    if (status == CAIRO_STATUS_SUCCESS) status = cairo_surface_status(surface);
+    if (drawn == CAIRO_STATUS_SUCCESS) drawn = cairo_surface_status(surface);
     cairo_surface_destroy(surface);
+    // A failed write is told by the commit, with the system's reason.
+    if (drawn != CAIRO_STATUS_SUCCESS && file->error == 0) return fail_cairo(page->context, drawn);
     return status;
 }
 
-nmm_status nmm_surface_write(nmm_picture *picture, const char *path, nmm_kind kind, double width) {
+nmm_status nmm_page_write(const nmm_page *page, const char *path, nmm_kind kind) {
     nmm_replacement file = {0};
-    TRY(lay_out(picture, width));
-    nmm_status status = nmm_replacement_open(nmm_file_context(picture->file), &file, path);
-    if (status == NMM_OK) {
-        const cairo_status_t drawn = draw(picture, kind, &file);
-        // A failed write is told by the commit, with the system's reason.
-        if (drawn != CAIRO_STATUS_SUCCESS && file.error == 0) status = fail_cairo(picture, drawn);
-    }
+    nmm_status status = nmm_replacement_open(page->context, &file, path);
+    if (status == NMM_OK) status = draw(page, kind, &file);
     if (status == NMM_OK) status = nmm_replacement_commit(&file);
     nmm_replacement_drop(&file);
     return status;
+}
+
+// --- The picture of a frame
+
+static void lay_out_picture(void *user, cairo_t *cairo) {
+    nmm_picture *picture = user;
+    picture->cairo = cairo;
+    nmm_layout_make(picture, picture->width);
+    nmm_shade_slopes(&picture->frame, picture->geometry, picture->page, &picture->shade);
+    picture->cairo = NULL;
+}
+
+static void draw_picture(void *user, cairo_t *cairo) {
+    nmm_picture *picture = user;
+    picture->cairo = cairo;
+    nmm_draw_page(picture);
+    picture->cairo = NULL;
+}
+
+nmm_status nmm_surface_write(nmm_picture *picture, const char *path, nmm_kind kind, double width) {
+    nmm_page page = {
+        .context = nmm_file_context(picture->file), .user = picture, .draw = draw_picture};
+    picture->width = width;
+    TRY(nmm_page_measure(&page, lay_out_picture));
+    page.width = picture->width;
+    page.height = picture->height;
+    return nmm_page_write(&page, path, kind);
 }

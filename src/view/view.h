@@ -70,6 +70,18 @@ typedef struct nmm_rect {
     double x, y, width, height; // page; y points down
 } nmm_rect;
 
+/// What a load is given as.
+typedef enum nmm_load_kind { NMM_LOAD_TRACTION, NMM_LOAD_FORCE } nmm_load_kind;
+enum { NMM_LOAD_KINDS = 2 };
+
+/// A load at the frame's time.
+typedef struct nmm_arrow {
+    nmm_load_kind kind;
+    int row;        // of the file's loads: the first one that it shows
+    double x, y;    // [m] reference place
+    nmm_vec2 value; // [N] or [Pa]
+} nmm_arrow;
+
 typedef struct nmm_picture {
     nmm_file *file;
     const nmm_file_geometry *geometry;
@@ -89,6 +101,11 @@ typedef struct nmm_picture {
     double force_most; // [N] largest contact force of the frame
     int *edge_state;   // [n_edge] nmm_edge_state
     int n_open, n_slid, n_force;
+    int n_arrow;
+    nmm_arrow *arrow;                    // [n_arrow] tractions, then forces; none of them zero
+    double load_largest[NMM_LOAD_KINDS]; // of this frame
+    double load_peak[NMM_LOAD_KINDS];    // of one load in any frame
+    bool load_summed[NMM_LOAD_KINDS];    // an arrow shows the sum of several
     char title[256], subtitle[256];
 } nmm_picture;
 
@@ -99,9 +116,21 @@ void nmm_layout_make(nmm_picture *picture, double width);
 /// Page place of a scene place.
 nmm_vec2 nmm_layout_place(const nmm_picture *picture, double x, double y);
 
+/// The arrows of the frame's loads into the picture; `side` [m] is the size of the scene.
+nmm_status nmm_loads_gather(nmm_picture *picture, double side);
+
 void nmm_draw_page(nmm_picture *picture);
 void nmm_draw_blocks(const nmm_picture *picture);
 void nmm_draw_marks(const nmm_picture *picture);
+void nmm_draw_loads(const nmm_picture *picture);
+/// An arrow with its tip at `tip`, along a unit vector (page, y down).
+void nmm_draw_arrow(cairo_t *cairo, nmm_vec2 tip, nmm_vec2 along, double length, double width);
+/// Width of its line, in units of design.
+double nmm_load_width(nmm_load_kind kind);
+/// The path in `colour` on a white line, so that it shows on every ground.
+void nmm_draw_cased(cairo_t *cairo, nmm_colour colour, double width, double casing);
+/// Page place of a reference place in an element (-1: the place itself).
+nmm_vec2 nmm_moved_place(const nmm_picture *picture, int element, double x, double y);
 
 /// Text with its anchor at (x, y): across -1 left, 0 centre, 1 right; up 0 baseline, 1 middle,
 /// 2 top.
@@ -123,6 +152,28 @@ int nmm_draw_legend(const nmm_picture *picture, bool draw);
 typedef enum nmm_kind { NMM_KIND_PNG, NMM_KIND_SVG, NMM_KIND_PDF } nmm_kind;
 /// NMM_ERROR_ARGUMENT with the known endings in the message.
 nmm_status nmm_kind_of(nmm_context *context, const char *path, nmm_kind *kind);
+
+/// Anything drawn on one page, in page units (pixels of a PNG).
+typedef struct nmm_page {
+    nmm_context *context;
+    void *user;
+    void (*draw)(void *user, cairo_t *cairo);
+    double width, height;
+} nmm_page;
+/// Call `measure` with a surface that only measures text, to lay out what page->user holds.
+nmm_status nmm_page_measure(const nmm_page *page, void (*measure)(void *user, cairo_t *cairo));
+/// Draw and write the page.
+nmm_status nmm_page_write(const nmm_page *page, const char *path, nmm_kind kind);
+
+/// An image in memory, rows from the top; a pixel is 0x..RRGGBB.
+typedef struct nmm_pixels {
+    const uint32_t *pixel;
+    int width, height;
+    size_t stride; // pixels from row to row
+} nmm_pixels;
+/// Into `file` as a PNG with at most 256 colours.
+nmm_status nmm_png_write(nmm_context *context, const nmm_pixels *image, nmm_replacement *file);
+
 /// Lay out, draw and write the picture.
 nmm_status nmm_surface_write(nmm_picture *picture, const char *path, nmm_kind kind, double width);
 

@@ -302,11 +302,41 @@ joints:
 """ + FALL[start[1]:])
         size = ["--set", "covers.size=0.25"]
         _, err = self.expect(0, "check", "fall.yaml", *size)
-        self.assertRegex(err, "warning: 1 joint ends were cut back")
+        self.assertRegex(err, "warning: 1 joint end was cut back")
         result = strict_json(self.expect(0, "check", "fall.yaml", "--json", *size)[0])
         self.assertEqual(result["trimmed_joint_ends"], 1)
         self.assertEqual(len(result["warnings"]), 1)
-        self.expect(0, "run", "fall.yaml", *size, err="warning: 1 joint ends")
+        self.expect(0, "run", "fall.yaml", *size, err="warning: 1 joint end was")
+
+    # An L: joints in its box that miss it are named with their line, traces of a set are counted.
+    def test_joints_outside(self):
+        start = FALL.index("blocks:"), FALL.index("materials:")
+        text = FALL[:start[0]] + """domain:
+  - {polygon: [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], material: rock}
+joints:
+  - {name: seam, polyline: [[1.2, 1.4], [1.8, 1.9]]}
+  - {name: bed, polyline: [[-1, 0.5], [3, 0.5]]}
+  - {polyline: [[1.2, 1.5], [1.8, 1.95]]}
+joint_sets:
+  - {name: cross, dip: 135, spacing: 1.25, origin: [1.9, 1.9]}
+""" + FALL[start[1]:]
+        self.write("fall.yaml", text)
+        line = text[:text.index("{name: seam")].count("\n") + 1
+        told = ["fall.yaml:%d:5: warning: 'seam': this joint lies outside the domain and cuts nothing" % line,
+                "fall.yaml:%d:5: warning: 'joint 3': this joint lies outside the domain and cuts nothing"
+                % (line + 2),
+                "fall.yaml:%d:5: warning: 'cross': 1 of the 3 traces of this joint set lies outside the "
+                "domain and cuts nothing" % (line + 4)]
+        _, err = self.expect(0, "check", "fall.yaml", "--set", "covers.size=0.5")
+        self.assertEqual([found for found in err.splitlines() if "outside" in found], told)
+        result = strict_json(self.expect(0, "check", "fall.yaml", "--json")[0])
+        self.assertEqual(result["joints_outside"], 3)
+
+    def test_check_explains_lengths(self):
+        self.write("fall.yaml", FALL.replace("{size: 1}", "{mesh: block}"))
+        out, _ = self.expect(0, "check", "fall.yaml")
+        self.assertRegex(out, "chosen: one cover for each block; lengths are measured by 1 m, the "
+                              "side of a square as large as the median block")
 
     def test_threads_do_not_change_a_bit(self):
         hashes = {strict_json(self.expect(0, "run", "fall.yaml", "--json", "-t", n)[0])["state_hash"]

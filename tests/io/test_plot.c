@@ -94,6 +94,9 @@ static void test_fields_and_sizes(void **state) {
         read_file(path, &bytes);
         const int width = bytes[16] << 24 | bytes[17] << 16 | bytes[18] << 8 | bytes[19];
         assert_int_equal(width, def.width);
+        // Eight bits a pixel, with a palette.
+        assert_int_equal(bytes[24], 8);
+        assert_int_equal(bytes[25], 3);
         free(bytes);
     }
 }

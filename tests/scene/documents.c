@@ -210,6 +210,11 @@ static nmm_text make_schema(void) {
     ADD(&out, "{\n  \"$schema\": \"http://json-schema.org/draft-07/schema#\",\n"
               "  \"title\": \"nmm scene\",\n");
     add_object(&out, &nmm_object_scene, "  ");
+    // Times are needed by all but statics.
+    ADD(&out, ",\n  \"if\": {\"required\": [\"analysis\"], \"properties\": {\"analysis\": "
+              "{\"required\": [\"kind\"], \"properties\": {\"kind\": {\"const\": \"static\"}}}}},\n"
+              "  \"else\": {\"required\": [\"time\"], \"properties\": {\"time\": "
+              "{\"required\": [\"dt\", \"end\"]}}}");
     ADD(&out, ",\n  \"definitions\": {\n");
     for (int d = 0; d < NMM_N_DIMENSION; d++)
         add_quantity(&out, (nmm_dimension)d);

@@ -9,8 +9,8 @@
 #include <stdlib.h>
 
 static const nmm_solve_method methods[] = {NMM_SOLVE_JACOBI, NMM_SOLVE_PCG, NMM_SOLVE_SOR,
-                                           NMM_SOLVE_GAUSS_SEIDEL};
-#define N_METHOD 4
+                                           NMM_SOLVE_GAUSS_SEIDEL, NMM_SOLVE_DIRECT};
+#define N_METHOD 5
 #define N_ROW 30
 
 typedef struct fixture {
@@ -112,6 +112,34 @@ static void test_bad_patterns(void **state) {
     tear_down(&x);
 }
 
+// As many blocks above the diagonal as below, but not the same ones: row 0 asks for one of row 1,
+// which asks for none, and row 3 for one of row 2.
+static void test_one_sided(void **state) {
+    (void)state;
+    nmm_context context = {.n_thread = 1};
+    int row_start[] = {0, 2, 3, 4, 6}, col[] = {0, 1, 1, 2, 2, 3}, diagonal[] = {0, 2, 3, 5};
+    double value[24], f[8];
+    for (int i = 0; i < 24; i++)
+        value[i] = i % 4 == 0 || i % 4 == 3 ? 4 : 1;
+    for (int i = 0; i < 8; i++)
+        f[i] = 1;
+    const nmm_bsr K = {4, row_start, col, value, diagonal};
+    nmm_solver *solver = NULL;
+    assert_int_equal(nmm_solve_host()->open(&context, &solver, 4, 6), NMM_OK);
+    for (int k = 0; k < N_METHOD; k++) {
+        double u[8] = {0};
+        nmm_solve_options options = nmm_default_solve_options();
+        options.method = methods[k];
+        nmm_solve_report report;
+        assert_int_equal(
+            nmm_solve_host()->solve(&context, solver, &K, f, u, false, &options, &report), NMM_OK);
+        assert_int_equal(report.end, NMM_SOLVE_BAD_PATTERN);
+        assert_int_equal(report.row, 0);
+    }
+    nmm_solve_host()->close(&context, &solver);
+    assert_int_equal(context.n_live, 0);
+}
+
 // Positive diagonal blocks, but a negative direction: K = [1 2; 2 1] on each axis of two rows.
 static void test_negative_curvature(void **state) {
     (void)state;
@@ -128,7 +156,7 @@ static void test_negative_curvature(void **state) {
         nmm_solve_report report;
         assert_int_equal(
             nmm_solve_host()->solve(&context, solver, &K, f, u, false, &options, &report), NMM_OK);
-        const bool sees = methods[k] == NMM_SOLVE_PCG || methods[k] == NMM_SOLVE_JACOBI;
+        const bool sees = methods[k] != NMM_SOLVE_SOR && methods[k] != NMM_SOLVE_GAUSS_SEIDEL;
         assert_int_equal(report.end, sees ? NMM_SOLVE_INDEFINITE : NMM_SOLVE_DIVERGED);
         if (sees) assert_in_range(report.row, 0, 1);
         assert_true(report.iterations <= 100);
@@ -334,6 +362,7 @@ int main(void) {
         cmocka_unit_test(test_numbers_not_finite),
         cmocka_unit_test(test_diagonal_not_positive),
         cmocka_unit_test(test_bad_patterns),
+        cmocka_unit_test(test_one_sided),
         cmocka_unit_test(test_negative_curvature),
         cmocka_unit_test(test_floating_block),
         cmocka_unit_test(test_plain_jacobi),

@@ -157,7 +157,8 @@ static void test_initial_stress_is_in_balance(void **unused) {
 static void test_steady_loop_allocates_nothing(void **unused) {
     (void)unused;
     nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 0, NULL);
-    take_steps(sim, 50);
+    // By then the solver has tried each of its methods that it ever will.
+    take_steps(sim, 250);
     const long calls = sim->context.n_call;
     take_steps(sim, 100);
     assert_int_equal(sim->context.n_call, calls);

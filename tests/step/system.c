@@ -105,6 +105,40 @@ static void test_contacts(void **unused) {
     nmm_sim_destroy(sim);
 }
 
+// The parts of a traction stand for the whole segment, each with its length and the history; a
+// force at a point stands for no length.
+static void test_loads(void **unused) {
+    (void)unused;
+    static const char text[] =
+        "nmm: 1\n"
+        "domain:\n"
+        "  - {polygon: [[0, 0], [2, 0], [2, 6], [0, 6]]}\n"
+        "materials:\n"
+        "  rock: {density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.25}\n"
+        "covers: {size: 0.7}\n"
+        "supports:\n"
+        "  - {segment: [[0, 0], [2, 0]], fix: xy}\n"
+        "loads:\n"
+        "  - {segment: [[0, 1], [0, 4.5]], traction: [3e3, -4e3], history: [[0, 0], [1, 1]]}\n"
+        "  - {point: [2, 6], force: [0, -7]}\n"
+        "time: {dt: 1e-3, end: 1}\n";
+    nmm_sim *sim = open_scene(text, 0, NULL);
+    const nmm_model *model = &sim->model;
+    double length = 0;
+    assert_true(model->n_load > 4);
+    for (int k = 0; k < model->n_load - 1; k++) {
+        const nmm_load *load = &model->load[k];
+        assert_true(load->length > 0 && load->history == 0);
+        assert_close(load->force.x, 3e3 * load->length, 1e-12);
+        assert_close(load->force.y, -4e3 * load->length, 1e-12);
+        length += load->length;
+    }
+    assert_close(length, 3.5, 1e-9);
+    const nmm_load *last = &model->load[model->n_load - 1];
+    assert_true(last->length == 0 && last->history == -1 && last->force.y == -7);
+    nmm_sim_destroy(sim);
+}
+
 static void test_threads(void **unused) {
     (void)unused;
     const char *const fine[] = {"covers.size=0.06"};
@@ -132,7 +166,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_free_body),      cmocka_unit_test(test_lumped_and_damped),
         cmocka_unit_test(test_supported_body), cmocka_unit_test(test_contacts),
-        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_loads),          cmocka_unit_test(test_threads),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

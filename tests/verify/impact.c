@@ -49,15 +49,15 @@ static void hit(double size, double dt, double tolerance) {
 static void test_bar(void **state) {
     (void)state;
     hit(1, 1e-4, 0.02);
-    hit(0.5, 5e-5, 0.012);
-    hit(0.25, 2e-5, 0.007);
+    if (run_all()) hit(0.5, 5e-5, 0.012);
+    if (run_all()) hit(0.25, 2e-5, 0.007);
     rows_end();
 }
 
-int main(void) {
+int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_restitution),
         cmocka_unit_test(test_bar),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return verify_main(argc, argv, tests, sizeof tests / sizeof *tests);
 }

@@ -110,6 +110,80 @@ static void test_cutting(void **state) {
     rows_end();
 }
 
+static void test_splitting(void **state) {
+    (void)state;
+    const struct {
+        const char *name, *joints;
+        int blocks, split;
+    } cut[] = {
+        {"no joint", "joints=[]", 1, 1},
+        {"a joint that ends inside", "joints=[{polyline: [[-1, -0.01], [0.01, 0.005]]}]", 1, 1},
+        {"a joint that passes through", "title=as given", 2, 2},
+        {"a cross", "joints[1]={polyline: [[0.01, -1], [-0.02, 1]]}", 4, 4},
+        {"a closed loop",
+         "joints=[{polyline: [[-0.02, -0.02], [0.03, -0.01], [0.0, 0.03], [-0.02, -0.02]]}]", 2, 2},
+    };
+    for (int k = 0; k < 5; k++) {
+        run r = RUN("cutting.yaml", cut[k].joints);
+        row_near(set_text("%s: blocks", cut[k].name), cut[k].blocks, r.sim->model.n_block, 0);
+        row_near(set_text("%s: covers of a node", cut[k].name), cut[k].split,
+                 r.sim->model.n_cover / 3.0, 0);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// --- Moments
+
+// Integral of x^p y^q, p + q <= 2, over all elements, from their moments about their centroids.
+static double sum_of_elements(const nmm_model *model, int p, int q) {
+    double sum = 0;
+    for (int e = 0; e < model->n_element; e++) {
+        const double area = model->element_area[e];
+        const double x = model->element_centre[2 * e] + model->origin.x;
+        const double y = model->element_centre[2 * e + 1] + model->origin.y;
+        const double *own = model->element_moment + 3 * (long)e;
+        sum += area * (p > 0 ? x : 1) * (p > 1 ? x : 1) * (q > 0 ? y : 1) * (q > 1 ? y : 1);
+        if (p + q == 2) sum += own[q];
+    }
+    return sum;
+}
+
+typedef struct integral {
+    int p, q;
+    double exact;
+} integral;
+
+static const integral table[] = {
+    {0, 0, 45 / 2.0},     {1, 0, 265 / 6.0},      {0, 1, 383 / 6.0},   {2, 0, 1565 / 12.0},
+    {1, 1, 1073 / 8.0},   {0, 2, 2659 / 12.0},    {3, 0, 1717 / 4.0},  {2, 1, 23999 / 60.0},
+    {1, 2, 5779 / 12.0},  {0, 3, 3447 / 4.0},     {4, 0, 9185 / 6.0},  {3, 1, 159083 / 120.0},
+    {2, 2, 85081 / 60.0}, {1, 3, 229039 / 120.0}, {0, 4, 21631 / 6.0},
+};
+
+static void test_moments(void **state) {
+    (void)state;
+    const nmm_vec2 corner[] = {{0, 0}, {4, 1}, {5, 4}, {2, 6}, {-1, 3}};
+    nmm_vec2 far[5];
+    for (int k = 0; k < 5; k++)
+        far[k] = (nmm_vec2){corner[k].x + 1e7, corner[k].y + 1e7};
+    run r = RUN("polygon.yaml");
+    for (size_t k = 0; k < sizeof table / sizeof *table; k++) {
+        const integral *i = &table[k];
+        const char *name = set_text("x^%d y^%d", i->p, i->q);
+        row_close(name, i->exact, nmm_polygon_integral(5, corner, (nmm_vec2){0, 0}, i->p, i->q),
+                  1e-14);
+        row_close(set_text("%s, polygon moved by 1e7", name), i->exact,
+                  nmm_polygon_integral(5, far, (nmm_vec2){1e7, 1e7}, i->p, i->q), 1e-14);
+        // Corners are snapped to about 1e-12 of the scene.
+        if (i->p + i->q <= 2)
+            row_close(set_text("%s, sum of %d elements", name, r.sim->model.n_element), i->exact,
+                      sum_of_elements(&r.sim->model, i->p, i->q), 1e-11);
+    }
+    run_close(&r);
+    rows_end();
+}
+
 // --- Stiffness
 
 // The elastic stiffness at rest as a dense matrix [n][n].
@@ -209,12 +283,11 @@ static void test_stiffness(void **state) {
     rows_end();
 }
 
-int main(void) {
+int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_patch),
-        cmocka_unit_test(test_patch_groups),
-        cmocka_unit_test(test_cutting),
-        cmocka_unit_test(test_stiffness),
+        cmocka_unit_test(test_patch),   cmocka_unit_test(test_patch_groups),
+        cmocka_unit_test(test_cutting), cmocka_unit_test(test_splitting),
+        cmocka_unit_test(test_moments), cmocka_unit_test(test_stiffness),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return verify_main(argc, argv, tests, sizeof tests / sizeof *tests);
 }

@@ -5,9 +5,23 @@
 
 #include "run.h"
 
+#include "step.h"
+
 #include <stdlib.h>
 
 static int n_failed;
+static bool all;
+
+// --- Programs
+
+bool run_all(void) {
+    return all;
+}
+
+int verify_main(int argc, char **argv, const struct CMUnitTest *test, size_t n) {
+    all = argc > 1 && strcmp(argv[1], "all") == 0;
+    return _cmocka_run_group_tests("verify", test, n, NULL, NULL);
+}
 
 // --- Runs
 
@@ -22,6 +36,7 @@ run run_open(int n_thread, const char *const *scene_and_set) {
     const char *scene = scene_and_set[0], *const *set = scene_and_set + 1;
     char path[512];
     snprintf(path, sizeof path, "%s/%s", NMM_SCENES, scene);
+    printf("scene: %s\n", scene);
     nmm_sim_def def = nmm_default_sim_def();
     def.path = path;
     def.override = set;
@@ -68,6 +83,60 @@ nmm_reading run_monitor(const run *r, const char *name) {
     print_error("no monitor '%s'\n", name);
     fail();
     return reading;
+}
+
+// --- Fits
+
+void fit_add(fit *f, double weight, const double *base, double value) {
+    for (int i = 0; i < f->n; i++) {
+        for (int j = 0; j < f->n; j++)
+            f->A[i][j] += weight * base[i] * base[j];
+        f->b[i] += weight * base[i] * value;
+    }
+}
+
+// Gauss-Jordan: the matrix is positive definite where the functions are independent.
+void fit_solve(fit *f, double *factor) {
+    for (int k = 0; k < f->n; k++) {
+        assert_true(f->A[k][k] > 0);
+        for (int i = 0; i < f->n; i++) {
+            const double part = f->A[i][k] / f->A[k][k];
+            if (i == k) continue;
+            for (int j = 0; j < f->n; j++)
+                f->A[i][j] -= part * f->A[k][j];
+            f->b[i] -= part * f->b[k];
+        }
+    }
+    for (int k = 0; k < f->n; k++)
+        factor[k] = f->b[k] / f->A[k][k];
+}
+
+void run_stress(const run *r, double x, double y, double radius, double stress[3]) {
+    const nmm_model *model = &r->sim->model;
+    fit plane[3] = {{.n = 3}, {.n = 3}, {.n = 3}};
+    for (int e = 0; e < model->n_element; e++) {
+        const double u = (model->element_centre[2 * e] + model->origin.x - x) / radius;
+        const double v = (model->element_centre[2 * e + 1] + model->origin.y - y) / radius;
+        if (u * u + v * v > 1) continue;
+        const double base[3] = {1, u, v};
+        for (int k = 0; k < 3; k++) {
+            fit_add(&plane[k], model->element_area[e], base, r->sim->state.stress[3 * (long)e + k]);
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        double factor[3];
+        fit_solve(&plane[k], factor);
+        stress[k] = factor[0];
+    }
+}
+
+double rate_of(int n, const double *h, const double *error) {
+    double sx = 0, sy = 0, sxx = 0, sxy = 0;
+    for (int k = 0; k < n; k++) {
+        const double x = log(h[k]), y = log(fabs(error[k]));
+        sx += x, sy += y, sxx += x * x, sxy += x * y;
+    }
+    return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
 const char *set_text(const char *format, ...) {

@@ -46,7 +46,9 @@ static void test_threads(void **state) {
     rows_end();
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+int main(int argc, char **argv) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_threads),
+    };
+    return verify_main(argc, argv, tests, sizeof tests / sizeof *tests);
 }

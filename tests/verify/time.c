@@ -159,12 +159,12 @@ static void test_rotation(void **state) {
     rows_end();
 }
 
-int main(void) {
+int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_free_fall),
         cmocka_unit_test(test_projectile),
         cmocka_unit_test(test_oscillator),
         cmocka_unit_test(test_rotation),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return verify_main(argc, argv, tests, sizeof tests / sizeof *tests);
 }

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+//
+// Studies on top of nmm.h: the experiments of docs/experiments.md, each a table of what was
+// measured and a picture drawn from it.
+//
+// As in nmm.h: no globals, nothing is printed; one handle on one thread at a time. Times are those
+// of the wall clock, so they are worth what the machine was doing meanwhile.
+
+#ifndef NMM_STUDY_H
+#define NMM_STUDY_H
+
+#include "nmm/nmm.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// One experiment, done or under way.
+typedef struct nmm_bench nmm_bench;
+
+/// Name and meaning of an experiment.
+typedef struct nmm_bench_name {
+    const char *name;    ///< "table1", "fig6", "fig7", "contact", "wall", "growth"
+    const char *purpose; ///< one line
+    int needs_scenes;    ///< 1: computes scenes out of nmm_bench_def.scenes
+} nmm_bench_name;
+/// Entry k of the list; name NULL behind its end.
+NMM_API nmm_bench_name nmm_bench_list(int k);
+
+/// Settings of an experiment.
+typedef struct nmm_bench_def {
+    const char *name;
+    const char *scenes; ///< folder with one folder for each scene, in it scene.yaml
+    int n_thread;       ///< entries of `thread`; 0: one thread, and all
+    const int *thread;  ///< numbers of host threads to measure with, each at least 1
+    /// CHOOSE: the target as well where there is one; TARGET: NMM_ERROR_DEVICE where there is none.
+    nmm_device_choice device;
+    int quick; ///< 1: a short form, of seconds; its numbers are good for a look only
+    /// Called before each measurement with words on it (`row` -1), and after each new row of the
+    /// table (`what` NULL). Not 0: end here; what is there is kept. NULL: not called.
+    int (*report)(void *user, const nmm_bench *bench, const char *what, int row);
+    void *user;
+    void *(*allocate)(void *user, void *old, size_t size); ///< as in nmm_sim_def
+    void *allocate_user;                                   ///< given to the hook
+} nmm_bench_def;
+/// NAME to be set; device CHOOSE.
+NMM_API nmm_bench_def nmm_default_bench_def(void);
+
+/// Measure. *bench is given even on failure, to ask for its error and for the rows before it;
+/// destroy it in any case. NMM_ERROR_ARGUMENT: an unknown name; NMM_ERROR_FILE: no folder of scenes
+/// there, or none with a scene; errors of the scenes themselves.
+NMM_API nmm_status nmm_bench_run(nmm_bench **bench, const nmm_bench_def *def);
+NMM_API void nmm_bench_destroy(nmm_bench *bench);
+/// The first error; status NMM_OK when there is none.
+NMM_API const nmm_error *nmm_bench_error(const nmm_bench *bench);
+/// All mistakes of the scene that ended it, as text to print, or NULL.
+NMM_API const char *nmm_bench_mistakes(const nmm_bench *bench);
+/// 1: `report` asked for an early end.
+NMM_API int nmm_bench_stopped(const nmm_bench *bench);
+
+/// A column of the table.
+typedef struct nmm_bench_column {
+    const char *name;  ///< in the CSV file: "solver_share"
+    const char *title; ///< for people: "solver"
+    const char *unit;  ///< "ms", "%"; "" where there is none
+    int is_text;       ///< words instead of numbers
+    int digits;        ///< significant digits worth printing; 0: a whole number
+} nmm_bench_column;
+/// Column k; name NULL behind the last.
+NMM_API nmm_bench_column nmm_bench_column_of(const nmm_bench *bench, int k);
+NMM_API int nmm_bench_rows(const nmm_bench *bench);
+/// Number in the table; NaN where nothing was measured, or the column holds words.
+NMM_API double nmm_bench_number(const nmm_bench *bench, int row, int column);
+/// Words in the table; "" where there are none.
+NMM_API const char *nmm_bench_text(const nmm_bench *bench, int row, int column);
+/// Title of the table.
+NMM_API const char *nmm_bench_title(const nmm_bench *bench);
+/// What follows from the table, a sentence each: medians, fitted exponents; NULL behind the last.
+NMM_API const char *nmm_bench_note(const nmm_bench *bench, int k);
+
+/// The table as a CSV file: names of the columns, then the rows; empty where nothing was measured.
+NMM_API nmm_status nmm_bench_write_csv(nmm_bench *bench, const char *path);
+/// The picture; the ending of `path` says which kind: png, svg or pdf.
+NMM_API nmm_status nmm_bench_plot(nmm_bench *bench, const char *path);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

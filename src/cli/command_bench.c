@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: MIT
+//
+// nmm bench: the experiments of the documentation. Each prints its table and writes NAME.csv,
+// NAME.svg and NAME.png into a folder; the first Ctrl-C ends after the measurement under way, and
+// what was measured is written.
+
+#include "bench_table.h"
+#include "interrupt.h"
+#include "message.h"
+#include "options.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define SCENES "examples/paper"
+
+enum { MOST_NAMES = 16 };
+
+/// The command's settings, completed.
+typedef struct job {
+    const arguments *given;
+    const char *folder;
+    char scenes[PATH_MAX + 256];
+    json out;
+    bool shown; // progress on the terminal
+} job;
+
+// --- Names
+
+static int complain_name(const char *word) {
+    const char *names[MOST_NAMES + 2] = {"all"};
+    char list[256] = "all";
+    for (int k = 0; k < MOST_NAMES && nmm_bench_list(k).name; k++) {
+        names[k + 1] = nmm_bench_list(k).name;
+        const size_t used = strlen(list);
+        snprintf(list + used, sizeof list - used, ", %s", names[k + 1]);
+    }
+    const char *near = nearest_name(word, names);
+    if (near)
+        message_error("nmm bench: no experiment %s; did you mean %s?", word, near);
+    else
+        message_error("nmm bench: no experiment %s; there are %s", word, list);
+    return EXIT_USAGE;
+}
+
+static bool is_wanted(const job *j, nmm_bench_name name) {
+    return !strcmp(j->given->path, "all") || !strcmp(j->given->path, name.name);
+}
+
+// --- Folders
+
+static bool is_folder(const char *path) {
+    struct stat about;
+    return stat(path, &about) == 0 && S_ISDIR(about.st_mode);
+}
+
+/// The folder of scenes that is installed with this program; "" where that is not known.
+static void installed_scenes(char *path, size_t room) {
+    char program[PATH_MAX];
+    const ssize_t n = readlink("/proc/self/exe", program, sizeof program - 1);
+    path[0] = 0;
+    if (n <= 0) return;
+    program[n] = 0;
+    char *slash = strrchr(program, '/');
+    if (!slash) return;
+    *slash = 0;
+    snprintf(path, room, "%s/" NMM_SHARE "/nmm/" SCENES, program);
+}
+
+static int find_scenes(job *j) {
+    const char *asked = j->given->scenes;
+    if (asked) {
+        snprintf(j->scenes, sizeof j->scenes, "%s", asked);
+        if (is_folder(asked)) return EXIT_DONE;
+        message_error("nmm bench: no folder of scenes at %s", asked);
+        return EXIT_SYSTEM;
+    }
+    snprintf(j->scenes, sizeof j->scenes, SCENES);
+    if (is_folder(j->scenes)) return EXIT_DONE;
+    installed_scenes(j->scenes, sizeof j->scenes);
+    if (is_folder(j->scenes)) return EXIT_DONE;
+    message_error("nmm bench: no folder of scenes; looked for " SCENES
+                  " in the current folder, and for %s; name one with --scenes FOLDER",
+                  j->scenes);
+    return EXIT_SYSTEM;
+}
+
+/// The folder and those above it, where they are not there yet.
+static int make_folder(const char *path) {
+    char part[PATH_MAX];
+    const size_t length = strlen(path);
+    if (length >= sizeof part) {
+        message_error("%s: %s", path, strerror(ENAMETOOLONG));
+        return EXIT_SYSTEM;
+    }
+    for (size_t n = 1; n <= length; n++) {
+        if (path[n] != '/' && path[n] != 0) continue;
+        snprintf(part, sizeof part, "%.*s", (int)n, path);
+        if (mkdir(part, 0777) != 0 && errno != EEXIST) {
+            message_error("cannot make the folder %s: %s", part, strerror(errno));
+            return EXIT_SYSTEM;
+        }
+    }
+    if (is_folder(path)) return EXIT_DONE;
+    message_error("cannot write into %s: %s", path, strerror(ENOTDIR));
+    return EXIT_SYSTEM;
+}
+
+// --- One experiment
+
+static void clear_progress(const job *j) {
+    if (j->shown) fprintf(stderr, "\r\033[K");
+}
+
+static int report(void *user, const nmm_bench *bench, const char *what, int row) {
+    const job *j = user;
+    (void)bench;
+    (void)row;
+    if (what && j->shown) fprintf(stderr, "\r%.78s\033[K", what);
+    return interrupt_asked();
+}
+
+static int write_files(const job *j, nmm_bench *bench, const char *name) {
+    static const char *const ending[] = {"csv", "svg", "png"};
+    char path[3][PATH_MAX + 64];
+    for (int k = 0; k < 3; k++) {
+        snprintf(path[k], sizeof path[k], "%s/%s.%s", j->folder, name, ending[k]);
+        const nmm_status status =
+            k == 0 ? nmm_bench_write_csv(bench, path[k]) : nmm_bench_plot(bench, path[k]);
+        if (status != NMM_OK) return message_failure(nmm_bench_error(bench), path[k]);
+    }
+    if (!j->given->json && !j->given->quiet)
+        printf("\nWritten: %s, %s, %s\n", path[0], path[1], path[2]);
+    return EXIT_DONE;
+}
+
+static int show(job *j, nmm_bench *bench, const char *name) {
+    if (j->given->json) {
+        if (!strcmp(j->given->path, "all")) json_open(&j->out, NULL);
+        json_text(&j->out, "bench", name);
+        json_boolean(&j->out, "quick", j->given->quick);
+        bench_table_json(&j->out, bench);
+        if (!strcmp(j->given->path, "all")) json_close(&j->out);
+    } else if (!j->given->quiet) {
+        bench_table_print(bench);
+    }
+    if (nmm_bench_rows(bench) == 0) return EXIT_DONE;
+    return write_files(j, bench, name);
+}
+
+/// What went wrong, with every mistake where a scene is to blame.
+static int complain_bench(const nmm_bench *bench, const char *name) {
+    const char *mistakes = nmm_bench_mistakes(bench);
+    const nmm_error *error = nmm_bench_error(bench);
+    if (!mistakes) return message_failure(error, name);
+    fprintf(stderr, "%s%s", mistakes, mistakes[strlen(mistakes) - 1] == '\n' ? "" : "\n");
+    return exit_status_of(error->status);
+}
+
+static int run_one(job *j, const char *name) {
+    const arguments *given = j->given;
+    nmm_bench *bench = NULL;
+    nmm_bench_def def = nmm_default_bench_def();
+    def.name = name;
+    def.scenes = j->scenes;
+    def.n_thread = given->n_thread_list;
+    def.thread = given->thread_list;
+    if (given->device != NMM_DEVICE_SCENE) def.device = given->device;
+    def.quick = given->quick;
+    def.report = report;
+    def.user = j;
+    const nmm_status status = nmm_bench_run(&bench, &def);
+    clear_progress(j);
+    int end = status == NMM_OK ? show(j, bench, name) : complain_bench(bench, name);
+    if (end == EXIT_DONE && nmm_bench_stopped(bench)) {
+        message_note("%s: ended early, on request", name);
+        end = EXIT_EARLY;
+    }
+    nmm_bench_destroy(bench);
+    return end;
+}
+
+// --- The command
+
+static int run_all(job *j) {
+    int end = EXIT_DONE, done = 0;
+    for (int k = 0; end == EXIT_DONE && nmm_bench_list(k).name; k++) {
+        if (!is_wanted(j, nmm_bench_list(k))) continue;
+        if (done > 0 && !j->given->json && !j->given->quiet) printf("\n\n");
+        end = run_one(j, nmm_bench_list(k).name);
+        fflush(stdout);
+        done += 1;
+    }
+    return end;
+}
+
+int command_bench(const arguments *given) {
+    job j = {.given = given, .folder = given->output ? given->output : "bench"};
+    bool known = false, needs_scenes = false;
+    j.out.file = stdout;
+    j.shown = !given->quiet && is_terminal(stderr);
+    for (int k = 0; nmm_bench_list(k).name; k++) {
+        known = known || is_wanted(&j, nmm_bench_list(k));
+        needs_scenes =
+            needs_scenes || (is_wanted(&j, nmm_bench_list(k)) && nmm_bench_list(k).needs_scenes);
+    }
+    if (!known) return complain_name(given->path);
+    // What is wrong with folders is told before minutes of measuring.
+    int end = needs_scenes ? find_scenes(&j) : EXIT_DONE;
+    if (end == EXIT_DONE) end = make_folder(j.folder);
+    if (end != EXIT_DONE) return end;
+    interrupt_listen();
+    if (given->json) {
+        json_open(&j.out, NULL);
+        if (!strcmp(given->path, "all")) json_open_array(&j.out, "benches");
+    }
+    end = run_all(&j);
+    if (given->json) {
+        if (!strcmp(given->path, "all")) json_close_array(&j.out);
+        json_close(&j.out);
+    }
+    return end;
+}

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+//
+// Sparse Cholesky factor of a matrix of 2x2 blocks, K = L L^T in an order of its own, by the
+// multifrontal method: rows that are eliminated one after the other and have nearly the same
+// columns form a front, a small dense matrix. Order, fronts and all places are found once for a
+// pattern; numbers are then made without a search and without an allocation. Serial, one order of
+// additions: the same bits with and without AVX2.
+
+#ifndef NMM_FACTOR_H
+#define NMM_FACTOR_H
+
+#include "order.h"
+#include "solve.h"
+
+/// Pivots first .. first + n_pivot - 1 in order of elimination, which are block rows, and n_row
+/// rows below them that they change. The pivots' columns lie in factor->value by columns, pivots
+/// first, the rest of the front, n_row by n_row, on a stack until the parent takes it.
+/// Numbers of rows are even multiples of 2 unknowns: rows below are filled up to `padded`.
+typedef struct nmm_front {
+    int first, n_pivot, n_row;
+    int padded;         // unknowns below the pivots, a multiple of 4
+    int stride;         // numbers from one column to the next, of the pivots
+    int parent;         // front that takes the rest, -1: none
+    int child, sibling; // first child; next child of its parent; -1: none
+    int row;            // first of its n_row numbers in factor->row and factor->place
+    int entry, n_entry; // its blocks of K in factor->entry
+    long column, rest;  // first number in factor->value, factor->stack
+} nmm_front;
+
+/// A block of K on its way into a front.
+typedef struct nmm_front_entry {
+    int block, at; // in K; of its first number from the front's first column
+} nmm_front_entry;
+
+typedef struct nmm_factor {
+    int n_row, n_block;
+    int *row_start, *col; // the pattern it was analysed for
+    int *order, *rank;    // [n_row] row eliminated k-th; its inverse
+    int n_front;
+    nmm_front *front;       // [n_front] children before parents
+    int *row;               // rows below pivots, in order of elimination, ascending
+    int *place;             // the same as block rows of the parent's front
+    nmm_front_entry *entry; // [(n_block + n_row) / 2]
+    double *value;          // [n_value] columns of L, with inverses on the diagonal
+    double *stack;
+    double *x;     // [n_row][2] a vector in order of elimination
+    double *below; // part of it, for one front
+    long n_value, n_stack;
+    double n_number; // numbers of L that may differ from zero, without padding
+    double work;     // [ns] of making the numbers, by count of operations
+    int *tree;       // scratch of the analysis
+    nmm_order_room room;
+    // What there is room for.
+    int row_capacity, col_capacity, entry_capacity, list_capacity, place_capacity, tree_capacity;
+    long value_capacity, stack_capacity;
+} nmm_factor;
+
+/// Order and fronts for the pattern of K; nothing to do when it is the one known. Checks no
+/// pattern. NMM_ERROR_MEMORY: the factor is without a pattern.
+nmm_status nmm_factor_analyse(nmm_context *context, nmm_factor *factor, const nmm_bsr *K);
+void nmm_factor_destroy(nmm_context *context, nmm_factor *factor);
+
+/// Is the pattern the one analysed?
+bool nmm_factor_knows(const nmm_factor *factor, const nmm_bsr *K);
+
+/// Room for the numbers of the pattern analysed. NMM_ERROR_MEMORY.
+nmm_status nmm_factor_reserve(nmm_context *context, nmm_factor *factor);
+
+#endif

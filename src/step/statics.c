@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+//
+// analysis.kind: static. Steps of growing length from rest: what inertia is left in an accepted
+// step is the unbalanced force of statics, and it holds the step together as long as there is some.
+// It vanishes where there is an equilibrium; where a block is free it does not, and the block
+// travels.
+
+#include "step.h"
+
+#include <math.h>
+#include <stdio.h>
+
+// Steps after which there is no equilibrium to be found; sides of a cover that nothing travels.
+enum { MOST_STEPS = 1000 };
+#define FAR 0.5
+
+// Norm of the inertia forces of the last step [N].
+static double inertia_of(const nmm_sim *sim) {
+    const nmm_system *system = &sim->system;
+    double sum = 0;
+    for (int c = 0; c < sim->model.n_cover; c++) {
+        double force[2] = {0, 0};
+        for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++) {
+            const double *a = system->acceleration + 2 * (long)system->base_col[k];
+            force[0] += system->base_mass[k] * a[0];
+            force[1] += system->base_mass[k] * a[1];
+        }
+        for (int x = 0; x < 2; x++) {
+            const bool held = system->fixed != NULL && (system->fixed[c] >> x & 1);
+            sum += held ? 0 : force[x] * force[x];
+        }
+    }
+    return sqrt(sum);
+}
+
+// The block whose element moved furthest since the start, how far and where to.
+static int furthest_block(const nmm_sim *sim, nmm_vec2 *way) {
+    const nmm_model *model = &sim->model;
+    int furthest = 0;
+    double most = -1;
+    for (int e = 0; e < model->n_element; e++) {
+        nmm_vec2 d = {0, 0};
+        for (int i = 0; i < 3; i++) {
+            const int c = model->element_cover[3 * e + i];
+            const double w = model->element_weight[3 * e + i];
+            d.x += w * sim->state.displacement[2 * c];
+            d.y += w * sim->state.displacement[2 * c + 1];
+        }
+        const double square = nmm_vec2_dot(d, d);
+        if (square <= most) continue;
+        most = square;
+        furthest = model->element_block[e];
+        *way = d;
+    }
+    return furthest;
+}
+
+static void say_free(nmm_sim *sim, int block, nmm_vec2 way, double share) {
+    const char *name = sim->model.block_name[block];
+    const double far = sqrt(nmm_vec2_dot(way, way));
+    snprintf(
+        sim->report.reason, sizeof sim->report.reason,
+        "block %d%s%.60s%s is free to move: it went %.3g m along (%.2f, %.2f) and forces of %.2g "
+        "times those that act are still not balanced",
+        block, name != NULL ? " '" : "", name != NULL ? name : "", name != NULL ? "'" : "", far,
+        way.x / far, way.y / far, share);
+}
+
+static void end_with(nmm_sim *sim, nmm_end end) {
+    sim->report.end = sim->summary.end = end;
+    if (end == NMM_END_COMPLETED) return;
+    snprintf(sim->summary.reason, sizeof sim->summary.reason, "%s", sim->report.reason);
+}
+
+void nmm_static_judge(nmm_sim *sim, double h) {
+    const double share = inertia_of(sim) / nmm_max(sim->system.force_scale, 1e-300);
+    // Where nothing moves any more, what is left of inertia is rounding.
+    const bool at_rest = h >= sim->settings.dt_max &&
+                         sim->report.move * sim->allowed_now <= 1e-13 * sim->model.height;
+    if (share <= sim->settings.tolerance || at_rest) {
+        sim->state.time = sim->report.time = sim->settings.end;
+        end_with(sim, NMM_END_COMPLETED);
+        return;
+    }
+    nmm_vec2 way = {0, 0};
+    const int block = furthest_block(sim, &way);
+    if (nmm_vec2_dot(way, way) > FAR * FAR * sim->model.size * sim->model.size && share > 1e-3) {
+        say_free(sim, block, way, share);
+        end_with(sim, NMM_END_NO_EQUILIBRIUM);
+    } else if (sim->state.step >= MOST_STEPS) {
+        snprintf(sim->report.reason, sizeof sim->report.reason,
+                 "after %ld steps forces of %.2g times those that act are still not balanced",
+                 sim->state.step, share);
+        end_with(sim, NMM_END_NO_EQUILIBRIUM);
+    }
+}

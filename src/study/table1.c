@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+//
+// Table 1: which share of a step contact, assembly and solver take, for the method of the paper
+// (SOR with factor 1.9, one thread) and for ours (auto, the best of the thread counts), and how
+// many times faster whole steps are.
+//
+// Both compute the same time of the scene to the same tolerances. The first run of SOR says how
+// many steps fit into its share of the clock; then the runs take turns, and medians are reported.
+
+#include "bench.h"
+
+#include <math.h>
+
+/// Runs of each method, their first one by SOR at most so long [s] and so many steps.
+enum { ROUNDS = 3, MOST_STEPS = 200 };
+#define LONGEST 2.0
+#define LONGEST_QUICK 0.15
+
+enum {
+    SCENE,
+    BLOCKS,
+    UNKNOWNS,
+    STEPS,
+    SOR_CONTACT,
+    SOR_ASSEMBLY,
+    SOR_SOLVER,
+    SOR_REST,
+    SOR_STEP,
+    CONTACT,
+    ASSEMBLY,
+    SOLVER,
+    REST,
+    STEP,
+    THREADS,
+    SPEEDUP,
+    DIFFERENCE,
+    SOR_CUTS,
+    CUTS,
+    DEVICE,
+    N_COLUMN
+};
+
+static const nmm_bench_column columns[] = {
+    [SCENE] = {"scene", "scene", "", 1, 0},
+    [BLOCKS] = {"blocks", "blocks", "", 0, 0},
+    [UNKNOWNS] = {"unknowns", "order", "", 0, 0},
+    [STEPS] = {"steps", "steps", "", 0, 0},
+    [SOR_CONTACT] = {"sor_contact_share", "SOR: cont.", "%", 0, 2},
+    [SOR_ASSEMBLY] = {"sor_assembly_share", "ass.", "%", 0, 2},
+    [SOR_SOLVER] = {"sor_solver_share", "solver", "%", 0, 3},
+    [SOR_REST] = {"sor_rest_share", "rest", "%", 0, 2},
+    [SOR_STEP] = {"sor_step_ms", "step", "ms", 0, 3},
+    [CONTACT] = {"contact_share", "ours: cont.", "%", 0, 2},
+    [ASSEMBLY] = {"assembly_share", "ass.", "%", 0, 2},
+    [SOLVER] = {"solver_share", "solver", "%", 0, 2},
+    [REST] = {"rest_share", "rest", "%", 0, 2},
+    [STEP] = {"step_ms", "step", "ms", 0, 3},
+    [THREADS] = {"threads", "threads", "", 0, 0},
+    [SPEEDUP] = {"speedup", "times faster", "", 0, 3},
+    [DIFFERENCE] = {"difference", "differ", "", 0, 2},
+    [SOR_CUTS] = {"sor_cuts", "SOR cuts", "", 0, 0},
+    [CUTS] = {"cuts", "cuts", "", 0, 0},
+    [DEVICE] = {"device", "device", "", 1, 0},
+    [N_COLUMN] = {0},
+};
+
+/// One scene by SOR (way 0) and by ours on each number of threads.
+typedef struct contest {
+    const nmm_bench_scene *scene;
+    int n_way;
+    nmm_bench_limit limit;
+    nmm_bench_timing run[NMM_BENCH_THREADS + 1][ROUNDS];
+    nmm_sim *sim[2]; // of the first round: SOR and the first of ours
+    double difference;
+    int round; // rounds done
+} contest;
+
+static nmm_bench_source source_of(const nmm_bench *bench, const contest *c, int way) {
+    nmm_bench_source source = {
+        .path = c->scene->path, .n_thread = 1, .device = NMM_DEVICE_HOST, .n_override = 2};
+    if (way == 0) {
+        source.override[0] = "solver.method=sor";
+        source.override[1] = "solver.factor=1.9";
+        return source;
+    }
+    source.n_thread = bench->thread[way - 1];
+    if (bench->def.device == NMM_DEVICE_TARGET) source.device = NMM_DEVICE_TARGET;
+    source.override[0] = "solver.method=auto";
+    source.override[1] = "solver.blocks=auto";
+    return source;
+}
+
+// Largest difference of displacements over the largest displacement, at the same time of the scene.
+static double distance(const contest *c) {
+    const nmm_sim *a = c->sim[0], *b = c->sim[1];
+    if (!(fabs(a->state.time - b->state.time) <= 1e-9 * a->state.time)) return NAN;
+    double apart = 0, largest = 0;
+    for (int i = 0; i < 2 * a->model.n_cover; i++) {
+        apart = nmm_max(apart, fabs(a->state.displacement[i] - b->state.displacement[i]));
+        largest = nmm_max(largest, fabs(a->state.displacement[i]));
+    }
+    return largest > 0 ? apart / largest : 0;
+}
+
+static nmm_status run_once(nmm_bench *bench, contest *c, int way, int round) {
+    nmm_sim *own = NULL;
+    // Both answers are kept until they are compared.
+    nmm_sim **sim = round == 0 && way < 2 ? &c->sim[way] : &own;
+    const nmm_bench_source source = source_of(bench, c, way);
+    nmm_status status = nmm_bench_open(bench, sim, &source);
+    if (status == NMM_OK) status = nmm_bench_steps(bench, *sim, c->limit, &c->run[way][round]);
+    if (status == NMM_OK && round == 0 && way == 0)
+        c->limit = (nmm_bench_limit){.time = c->run[0][0].time};
+    if (status == NMM_OK && round == 0 && way == 1) c->difference = distance(c);
+    nmm_bench_close(&own);
+    return status;
+}
+
+static nmm_status run_rounds(nmm_bench *bench, contest *c) {
+    const int rounds = bench->def.quick ? 1 : ROUNDS;
+    for (int round = 0; round < rounds; round++) {
+        if (!nmm_bench_goes_on(bench, "table1: %s, round %d of %d", c->scene->name, round + 1,
+                               rounds))
+            return NMM_OK;
+        for (int way = 0; way < c->n_way; way++)
+            TRY(run_once(bench, c, way, round));
+        c->round = round + 1;
+        nmm_bench_close(&c->sim[0]);
+        nmm_bench_close(&c->sim[1]);
+    }
+    return NMM_OK;
+}
+
+// Median over the rounds: seconds of a phase, or of all of them.
+static double median_of(const contest *c, int way, int phase) {
+    double value[ROUNDS];
+    for (int round = 0; round < c->round; round++)
+        value[round] =
+            phase == NMM_PHASES ? c->run[way][round].seconds : c->run[way][round].phase[phase];
+    return nmm_bench_median(c->round, value);
+}
+
+static void set_shares(nmm_bench *bench, const contest *c, int way, int column) {
+    const double all = median_of(c, way, NMM_PHASES);
+    for (int phase = 0; phase < NMM_PHASES; phase++)
+        nmm_bench_set(bench, column + phase, 100 * median_of(c, way, phase) / all);
+    nmm_bench_set(bench, column + NMM_PHASES, 1e3 * all / (double)c->run[way][0].steps);
+}
+
+static nmm_status write_row(nmm_bench *bench, const contest *c) {
+    int best = 1;
+    const char *device = NULL;
+    for (int way = 2; way < c->n_way; way++)
+        if (median_of(c, way, NMM_PHASES) < median_of(c, best, NMM_PHASES)) best = way;
+    TRY(nmm_bench_add(bench));
+    TRY(nmm_bench_say(bench, SCENE, c->scene->name));
+    nmm_bench_set(bench, BLOCKS, c->scene->blocks);
+    nmm_bench_set(bench, UNKNOWNS, c->scene->unknowns);
+    nmm_bench_set(bench, STEPS, (double)c->run[0][0].steps);
+    set_shares(bench, c, 0, SOR_CONTACT);
+    set_shares(bench, c, best, CONTACT);
+    nmm_bench_set(bench, THREADS, bench->thread[best - 1]);
+    nmm_bench_set(bench, SPEEDUP, median_of(c, 0, NMM_PHASES) / median_of(c, best, NMM_PHASES));
+    nmm_bench_set(bench, DIFFERENCE, c->difference);
+    nmm_bench_set(bench, SOR_CUTS, (double)c->run[0][0].cuts);
+    nmm_bench_set(bench, CUTS, (double)c->run[best][0].cuts);
+    if (bench->def.device == NMM_DEVICE_TARGET)
+        TRY(nmm_bench_target(bench, &device));
+    else
+        TRY(nmm_bench_host(bench, &device));
+    TRY(nmm_bench_say(bench, DEVICE, device));
+    nmm_bench_done(bench);
+    return NMM_OK;
+}
+
+static nmm_status measure_scene(nmm_bench *bench, const nmm_bench_scene *scene) {
+    contest c = {.scene = scene, .n_way = bench->n_thread + 1, .difference = NAN};
+    c.limit.steps = bench->def.quick ? 5 : MOST_STEPS;
+    c.limit.seconds = bench->def.quick ? LONGEST_QUICK : LONGEST;
+    nmm_status status = run_rounds(bench, &c);
+    nmm_bench_close(&c.sim[0]);
+    nmm_bench_close(&c.sim[1]);
+    if (status == NMM_OK && c.round > 0 && c.run[0][0].steps > 0) status = write_row(bench, &c);
+    return status;
+}
+
+// --- What follows
+
+static nmm_status remark_range(nmm_bench *bench, int column, const char *what, const char *paper) {
+    double *value = NULL;
+    int n = 0;
+    TRY(nmm_bench_values(bench, &value, &n, column, NULL));
+    const double median = nmm_bench_median(n, value);
+    return nmm_bench_remark(bench, "%s: %.3g to %.3g %%, median %.3g %%%s.", what, value[0],
+                            value[n - 1], median, paper);
+}
+
+static nmm_status conclude(nmm_bench *bench) {
+    double *value = NULL;
+    int n = 0, slower = 0;
+    if (bench->n_row == 0) return NMM_OK;
+    TRY(remark_range(bench, SOR_SOLVER, "Solver's share with SOR(1.9)",
+                     " (the paper: 56 to 97 %)"));
+    TRY(remark_range(bench, SOLVER, "Solver's share with ours", ""));
+    TRY(nmm_bench_values(bench, &value, &n, SPEEDUP, NULL));
+    const double median = nmm_bench_median(n, value);
+    for (int i = 0; i < n; i++)
+        slower += value[i] < 1;
+    TRY(nmm_bench_remark(bench, "Differ: largest difference of the two answers' displacements over "
+                                "the largest displacement, at the same time of the scene."));
+    return nmm_bench_remark(bench,
+                            "Whole steps, ours against SOR(1.9) on one thread: %.3g to %.3g times "
+                            "as fast, median %.3g; slower in %d of %d scenes.",
+                            value[0], value[n - 1], median, slower, n);
+}
+
+static nmm_status measure(nmm_bench *bench) {
+    nmm_bench_scenes scenes = {0};
+    nmm_status status = nmm_bench_find_scenes(bench, &scenes);
+    for (int i = 0; status == NMM_OK && i < scenes.n && !bench->stopped; i++)
+        status = measure_scene(bench, &scenes.scene[i]);
+    nmm_release(&bench->context, &scenes.scene);
+    return status == NMM_OK ? conclude(bench) : status;
+}
+
+// --- The picture
+
+static nmm_status draw(nmm_bench *bench, const char *path) {
+    static const char *const part[NMM_PHASES] = {"contact", "assembly", "solver", "rest"};
+    static const char *const bar[2] = {"SOR", "ours"};
+    const nmm_chart_level share[2] = {{"56 %", 56}, {"97 %", 97}};
+    const nmm_chart_level wanted[2] = {{"1", 1}, {"5", 5}};
+    nmm_arena *arena = &bench->arena;
+    const int n = bench->n_row;
+    const char **name = NULL;
+    double *shares = NULL, *times = NULL;
+    TRY(nmm_arena_take(&bench->context, arena, &name, (size_t)n, sizeof *name));
+    TRY(nmm_arena_take(&bench->context, arena, &shares, (size_t)n, 8 * sizeof(double)));
+    TRY(nmm_arena_take(&bench->context, arena, &times, (size_t)n, sizeof(double)));
+    for (int row = 0; row < n; row++) {
+        name[row] = nmm_bench_text(bench, row, SCENE);
+        times[row] = nmm_bench_number(bench, row, SPEEDUP);
+        for (int k = 0; k < NMM_PHASES; k++) {
+            shares[8 * row + k] = nmm_bench_number(bench, row, SOR_CONTACT + k);
+            shares[8 * row + 4 + k] = nmm_bench_number(bench, row, CONTACT + k);
+        }
+    }
+    const nmm_chart_bars left = {n, 2, NMM_PHASES, name, bar, part, shares};
+    const nmm_chart_bars right = {n, 1, 1, name, NULL, NULL, times};
+    const nmm_chart_panel panel[2] = {
+        {.title = "What a step spends its time on",
+         .x = {"share of a step [%]; dashed: the paper's solver", false, 0, 100},
+         .n_level = 2,
+         .level = share,
+         .bars = &left},
+        {.title = "Whole steps, ours against SOR(1.9)",
+         .x = {"times faster", true, 0, 0},
+         .n_level = 2,
+         .level = wanted,
+         .bars = &right}};
+    const nmm_chart chart = {.title = "Table 1: shares of the time of a step",
+                             .subtitle = "SOR: factor 1.9, one thread, as in the paper.  Ours: "
+                                         "method auto, best number of threads.",
+                             .n_panel = 2,
+                             .panel = panel};
+    return nmm_chart_write(&bench->context, &chart, path, 0);
+}
+
+const nmm_bench_kind nmm_bench_table1 = {
+    .name = {"table1", "shares of contact, assembly and solver; whole steps against SOR", 1},
+    .title = "Table 1: shares of the time of a step, SOR(1.9) on one thread and ours",
+    .column = columns,
+    .measure = measure,
+    .draw = draw,
+};

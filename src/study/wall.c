@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+//
+// A brick wall in running bond, one cover for each block, as in discontinuous deformation analysis:
+// milliseconds a step on one thread beside those of a public program of that method.
+//
+// 1 x 0.5 m bricks on a fixed base, E 1e9, density 2500, friction 30 degrees, dt 1e-3; from the
+// sudden start of gravity on. Growth is fitted to the first steps, which walls of all sizes make.
+
+#include "bench.h"
+
+#include <math.h>
+
+#define COVERS "{mesh: block}"
+
+/// Steps in all; those that growth is fitted to; from which size on.
+enum { STEPS = 100, FIRST_STEPS = 10, FIRST_STEPS_QUICK = 2, LARGEST = 200, FITTED_FROM = 200 };
+
+/// Columns and courses of a square wall, and what a public program takes a step [ms]; 0: not known.
+static const struct {
+    int side;
+    double public_ms;
+} wall[] = {{4, 0.16}, {8, 1.8}, {16, 8.4}, {32, 149}, {45, 461}, {64, 0}, {LARGEST, 0}};
+
+enum {
+    BLOCKS,
+    UNKNOWNS,
+    CONTACTS,
+    THREADS,
+    STEPS_DONE,
+    STEP,
+    FIRST,
+    CONTACT,
+    ASSEMBLY,
+    SOLVER,
+    REST,
+    PUBLIC,
+    PART,
+    CUTS,
+    DEVICE,
+    N_COLUMN
+};
+
+static const nmm_bench_column columns[] = {
+    [BLOCKS] = {"blocks", "blocks", "", 0, 0},
+    [UNKNOWNS] = {"unknowns", "unknowns", "", 0, 0},
+    [CONTACTS] = {"contacts", "contacts", "", 0, 0},
+    [THREADS] = {"threads", "threads", "", 0, 0},
+    [STEPS_DONE] = {"steps", "steps", "", 0, 0},
+    [STEP] = {"step_ms", "a step", "ms", 0, 3},
+    [FIRST] = {"first_steps_ms", "first steps", "ms", 0, 3},
+    [CONTACT] = {"contact_ms", "contact", "ms", 0, 3},
+    [ASSEMBLY] = {"assembly_ms", "assembly", "ms", 0, 3},
+    [SOLVER] = {"solver_ms", "solver", "ms", 0, 3},
+    [REST] = {"rest_ms", "rest", "ms", 0, 3},
+    [PUBLIC] = {"public_dda_ms", "public DDA", "ms", 0, 3},
+    [PART] = {"part_of_public_dda", "part of it", "", 0, 2},
+    [CUTS] = {"cuts", "cuts", "", 0, 0},
+    [DEVICE] = {"device", "device", "", 1, 0},
+    [N_COLUMN] = {0},
+};
+
+static nmm_status write_row(nmm_bench *bench, nmm_sim *sim, int k, const nmm_bench_timing run[2]) {
+    nmm_summary summary;
+    const char *device = NULL;
+    nmm_sim_summary(sim, &summary);
+    const double steps = (double)run[1].steps, first = (double)run[0].steps;
+    const double ms = 1e3 * (run[0].seconds + run[1].seconds) / steps;
+    TRY(nmm_bench_add(bench));
+    nmm_bench_set(bench, BLOCKS, summary.blocks);
+    nmm_bench_set(bench, UNKNOWNS, summary.unknowns);
+    nmm_bench_set(bench, CONTACTS, summary.contacts);
+    nmm_bench_set(bench, THREADS, sim->context.n_thread);
+    nmm_bench_set(bench, STEPS_DONE, steps);
+    nmm_bench_set(bench, STEP, ms);
+    nmm_bench_set(bench, FIRST, 1e3 * run[0].seconds / first);
+    // Phases are those of all steps.
+    for (int phase = 0; phase < NMM_PHASE_REST; phase++)
+        nmm_bench_set(bench, CONTACT + phase, 1e3 * run[1].phase[phase] / steps);
+    double rest = ms;
+    for (int phase = 0; phase < NMM_PHASE_REST; phase++)
+        rest -= 1e3 * run[1].phase[phase] / steps;
+    nmm_bench_set(bench, REST, rest);
+    if (wall[k].public_ms > 0) {
+        nmm_bench_set(bench, PUBLIC, wall[k].public_ms);
+        nmm_bench_set(bench, PART, ms / wall[k].public_ms);
+    }
+    nmm_bench_set(bench, CUTS, (double)summary.dt_cuts);
+    if (summary.on_device)
+        TRY(nmm_bench_target(bench, &device));
+    else
+        TRY(nmm_bench_host(bench, &device));
+    TRY(nmm_bench_say(bench, DEVICE, device));
+    nmm_bench_done(bench);
+    return NMM_OK;
+}
+
+static nmm_status measure_wall(nmm_bench *bench, int k, int n_thread) {
+    const int side = wall[k].side, first = bench->def.quick ? FIRST_STEPS_QUICK : FIRST_STEPS;
+    const bool is_short = bench->def.quick || side == LARGEST;
+    nmm_bench_source source = {.path = "wall", .n_thread = n_thread, .device = NMM_DEVICE_HOST};
+    nmm_bench_timing run[2];
+    nmm_sim *sim = NULL;
+    if (bench->def.device == NMM_DEVICE_TARGET) source.device = NMM_DEVICE_TARGET;
+    TRY(nmm_bench_wall_text(bench, &source.text, side, side, COVERS));
+    nmm_status status = nmm_bench_open(bench, &sim, &source);
+    if (status == NMM_OK)
+        status = nmm_bench_steps(bench, sim, (nmm_bench_limit){.steps = first}, &run[0]);
+    if (status == NMM_OK) {
+        const nmm_bench_limit limit = {.steps = is_short ? first + 1 : STEPS};
+        status = nmm_bench_steps(bench, sim, limit, &run[1]);
+    }
+    if (status == NMM_OK) status = write_row(bench, sim, k, run);
+    nmm_bench_close(&sim);
+    return status;
+}
+
+static nmm_status conclude(nmm_bench *bench) {
+    for (int i = 0; i < bench->n_thread && bench->n_row > 0; i++) {
+        const nmm_bench_filter filter[2] = {{THREADS, NULL, bench->thread[i]}, {0}};
+        nmm_chart_series first = {0};
+        TRY(nmm_bench_series(bench, &first, BLOCKS, FIRST, filter));
+        if (!isfinite(nmm_bench_exponent(&first, FITTED_FROM))) continue;
+        TRY(nmm_bench_remark(bench,
+                             "Time of the first steps with %d thread%s grows with the number of "
+                             "blocks to the power %.2f, from %d blocks on.",
+                             bench->thread[i], bench->thread[i] > 1 ? "s" : "",
+                             nmm_bench_exponent(&first, FITTED_FROM), FITTED_FROM));
+    }
+    return NMM_OK;
+}
+
+static nmm_status measure(nmm_bench *bench) {
+    const int n = bench->def.quick ? 3 : (int)(sizeof wall / sizeof *wall);
+    // The figures to compare with are those of one core.
+    if (bench->def.n_thread == 0) bench->n_thread = 1;
+    for (int k = 0; k < n; k++) {
+        for (int i = 0; i < bench->n_thread; i++) {
+            if (!nmm_bench_goes_on(bench, "wall: %d x %d bricks, %d threads", wall[k].side,
+                                   wall[k].side, bench->thread[i]))
+                return conclude(bench);
+            TRY(measure_wall(bench, k, bench->thread[i]));
+        }
+    }
+    return conclude(bench);
+}
+
+static nmm_status draw(nmm_bench *bench, const char *path) {
+    nmm_chart_series series[NMM_BENCH_THREADS + 2] = {{0}};
+    int n = 0;
+    TRY(nmm_bench_series(bench, &series[n], BLOCKS, PUBLIC, NULL));
+    series[n++].name = "a public DDA, one core";
+    for (int i = 0; i < bench->n_thread; i++) {
+        const nmm_bench_filter filter[2] = {{THREADS, NULL, bench->thread[i]}, {0}};
+        TRY(nmm_bench_series(bench, &series[n], BLOCKS, STEP, filter));
+        TRY(nmm_bench_words(bench, &series[n++].name, "ours, %d thread%s", bench->thread[i],
+                            bench->thread[i] > 1 ? "s" : ""));
+    }
+    const double y0 = nmm_bench_number(bench, 0, STEP);
+    const double x[2] = {19, 190000}, y[2] = {y0, 1e4 * y0};
+    series[n++] = (nmm_chart_series){"slope 1", x, y, 2, NMM_CHART_SLOPE};
+    const nmm_chart_panel panel = {.x = {"blocks", true, 0, 0},
+                                   .y = {"a step [ms]", true, 0, 0},
+                                   .n_series = n,
+                                   .series = series};
+    const nmm_chart chart = {.title = "Brick wall: time of a step",
+                             .subtitle = nmm_bench_note(bench, 0),
+                             .n_panel = 1,
+                             .panel = &panel};
+    return nmm_chart_write(&bench->context, &chart, path, 0);
+}
+
+const nmm_bench_kind nmm_bench_wall = {
+    .name = {"wall", "a brick wall, one cover a block, beside a public DDA program", 0},
+    .title = "Brick wall in running bond, one cover for each block",
+    .column = columns,
+    .measure = measure,
+    .draw = draw,
+};

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: MIT
+//
+// The sparse factor by itself: what an order and fronts must be for any pattern, sizes known in
+// closed form, the numbers against Cholesky's method on the dense matrix, the same bits on any
+// processor, new patterns in old memory.
+
+#include "solver.h"
+#include "systems.h"
+#include "test.h"
+
+#include <stdlib.h>
+
+typedef struct fixture {
+    nmm_context context;
+    test_system system;
+    nmm_factor factor;
+} fixture;
+
+static void tear_down(fixture *x) {
+    nmm_factor_destroy(&x->context, &x->factor);
+    test_system_destroy(&x->context, &x->system);
+    assert_int_equal(x->context.n_live, 0);
+}
+
+static void set_up_random(fixture *x, int n_row, int per_row, uint64_t seed) {
+    *x = (fixture){.context.n_thread = 1};
+    test_system_random(&x->context, &x->system, n_row, per_row, seed);
+}
+
+static void set_up_rock(fixture *x, int n_across, int n_up, double courant) {
+    const rock wall = {.n_across = n_across,
+                       .n_up = n_up,
+                       .n_node = 5,
+                       .courant = courant,
+                       .spring = 50,
+                       .seed = 11};
+    *x = (fixture){.context.n_thread = 1};
+    test_system_rock(&x->context, &x->system, &wall);
+}
+
+static void analyse(fixture *x) {
+    assert_int_equal(nmm_factor_analyse(&x->context, &x->factor, &x->system.K), NMM_OK);
+    assert_int_equal(nmm_factor_reserve(&x->context, &x->factor), NMM_OK);
+}
+
+// The graph of n_side^2 rows joined to their neighbours across and up.
+static void set_up_grid(fixture *x, int n_side) {
+    *x = (fixture){.context.n_thread = 1};
+    triplets list = {0};
+    const double middle[4] = {5, 0, 0, 5}, arm[4] = {-1, 0, 0, -1};
+    for (int row = 0; row < n_side * n_side; row++) {
+        triplets_add(&x->context, &list, row, row, middle);
+        const int other[2] = {row % n_side + 1 < n_side ? row + 1 : -1,
+                              row + n_side < n_side * n_side ? row + n_side : -1};
+        for (int k = 0; k < 2; k++) {
+            if (other[k] < 0) continue;
+            triplets_add(&x->context, &list, row, other[k], arm);
+            triplets_add(&x->context, &list, other[k], row, arm);
+        }
+    }
+    test_system_build(&x->context, &x->system, &list, n_side * n_side);
+}
+
+// --- Shape
+
+static void expect_permutation(const nmm_factor *f) {
+    for (int k = 0; k < f->n_row; k++) {
+        assert_in_range(f->order[k], 0, f->n_row - 1);
+        assert_int_equal(f->rank[f->order[k]], k);
+    }
+}
+
+// Fronts: each row a pivot once; children first; rows below ascending, above the pivots, and all of
+// them in the parent's front, where `place` says.
+static void expect_fronts(const nmm_factor *f) {
+    int next = 0;
+    for (int i = 0; i < f->n_front; i++) {
+        const nmm_front *front = &f->front[i];
+        assert_int_equal(front->first, next);
+        assert_true(front->n_pivot >= 1);
+        next += front->n_pivot;
+        assert_true(front->parent == -1 ? front->n_row == 0 : front->parent > i);
+        for (int k = 0; k < front->n_row; k++) {
+            const int row = f->row[front->row + k], place = f->place[front->row + k];
+            assert_in_range(row, k > 0 ? f->row[front->row + k - 1] + 1 : next, f->n_row - 1);
+            const nmm_front *p = &f->front[front->parent];
+            assert_in_range(place, 0, p->n_pivot + p->n_row - 1);
+            const int there =
+                place < p->n_pivot ? p->first + place : f->row[p->row + place - p->n_pivot];
+            assert_int_equal(there, row);
+        }
+        for (int c = front->child; c >= 0; c = f->front[c].sibling)
+            assert_int_equal(f->front[c].parent, i);
+    }
+    assert_int_equal(next, f->n_row);
+}
+
+// No two fronts have numbers in common, neither in the factor nor, while they are needed, in the
+// stack: each writes its number, and its parent finds it.
+static void expect_apart(fixture *x) {
+    nmm_factor *f = &x->factor;
+    memset(f->value, 0, (size_t)f->n_value * sizeof *f->value);
+    for (int i = 0; i < f->n_front; i++) {
+        const nmm_front *front = &f->front[i];
+        const long n = 2 * front->n_pivot, m = front->padded;
+        assert_true(m % 4 == 0 && m >= 2 * front->n_row && m < 2 * front->n_row + 4);
+        assert_int_equal((front->column + n) % 4, 0);
+        assert_int_equal(front->stride % 4, 0);
+        assert_in_range(front->column + (n - 1) * front->stride + n + m, 0, f->n_value);
+        for (long j = 0; j < n; j++) {
+            double *column = f->value + front->column + j * front->stride;
+            for (long k = 0; k < n + m; k++) {
+                assert_true(column[k] == 0);
+                column[k] = 1;
+            }
+        }
+        assert_in_range(front->rest + m * m, 0, f->n_stack);
+        for (long k = 0; k < m * m; k++)
+            f->stack[front->rest + k] = i;
+        for (int c = front->child; c >= 0; c = f->front[c].sibling) {
+            const nmm_front *child = &f->front[c];
+            for (long k = 0; k < (long)child->padded * child->padded; k++)
+                assert_true(f->stack[child->rest + k] == c);
+        }
+    }
+}
+
+static void test_shape(void **state) {
+    (void)state;
+    for (int n = 1; n <= 400; n += n < 12 ? 1 : 37) {
+        for (int per_row = 0; per_row <= 4; per_row++) {
+            fixture x;
+            set_up_random(&x, n, per_row, 7 * (uint64_t)n + (uint64_t)per_row);
+            analyse(&x);
+            expect_permutation(&x.factor);
+            expect_fronts(&x.factor);
+            expect_apart(&x);
+            tear_down(&x);
+        }
+    }
+    fixture x;
+    set_up_rock(&x, 7, 5, 1);
+    analyse(&x);
+    expect_permutation(&x.factor);
+    expect_fronts(&x.factor);
+    expect_apart(&x);
+    tear_down(&x);
+}
+
+// The rows of a star are eliminated before its middle, without fill but for what joining fronts
+// adds: 7 numbers for a row by itself, and 400 with all rows in one front.
+static void test_star(void **state) {
+    (void)state;
+    enum { N = 200, MIDDLE = 70 };
+    fixture x = {.context.n_thread = 1};
+    triplets list = {0};
+    const double one[4] = {1, 0, 0, 1}, arm[4] = {0.01, 0, 0, 0.01};
+    for (int row = 0; row < N; row++) {
+        triplets_add(&x.context, &list, row, row, one);
+        if (row == MIDDLE) continue;
+        triplets_add(&x.context, &list, row, MIDDLE, arm);
+        triplets_add(&x.context, &list, MIDDLE, row, arm);
+    }
+    test_system_build(&x.context, &x.system, &list, N);
+    analyse(&x);
+    assert_true(x.factor.rank[MIDDLE] >= N - 2);
+    assert_in_range(x.factor.n_number, 7 * (N - 1), 50 * N);
+    tear_down(&x);
+}
+
+// Grids: the fill of good orders grows as n log n; 31 n log2 n / 4 numbers of 1x1 blocks is
+// George's bound for nested dissection (SIAM J. Numer. Anal. 10, 1973), 4 numbers to a block here.
+static void test_grid(void **state) {
+    (void)state;
+    for (int n_side = 8; n_side <= 64; n_side *= 2) {
+        fixture x;
+        set_up_grid(&x, n_side);
+        analyse(&x);
+        const double n = n_side * n_side;
+        assert_true(x.factor.n_number <= 4 * 31.0 / 4 * n * log2(n));
+        // Rows in a row would take n_side blocks for each.
+        if (n_side >= 32) assert_true(x.factor.n_number < 0.6 * 4 * n * n_side);
+        tear_down(&x);
+    }
+}
+
+// The same pattern gives the same order, and is recognised; another one is not.
+static void test_known(void **state) {
+    (void)state;
+    fixture x, y;
+    set_up_rock(&x, 3, 3, 1);
+    set_up_rock(&y, 3, 3, 0);
+    assert_false(nmm_factor_knows(&x.factor, &x.system.K));
+    analyse(&x);
+    analyse(&y);
+    assert_memory_equal(x.factor.order, y.factor.order, (size_t)x.factor.n_row * sizeof(int));
+    assert_true(nmm_factor_knows(&x.factor, &y.system.K));
+    const long calls = x.context.n_call;
+    analyse(&x);
+    assert_int_equal(x.context.n_call, calls);
+    // Another column, the same counts.
+    nmm_bsr *K = &y.system.K;
+    K->col[K->row_start[5]] += 1000;
+    assert_false(nmm_factor_knows(&x.factor, K));
+    K->col[K->row_start[5]] -= 1000;
+    tear_down(&y);
+    tear_down(&x);
+}
+
+// --- Numbers
+
+// The dense matrix in the order of the factor, and its Cholesky factor.
+static double *dense_factor(fixture *x) {
+    const nmm_bsr *K = &x->system.K;
+    const int *rank = x->factor.rank, n = 2 * K->n_row;
+    double *a = NULL;
+    assert_int_equal(nmm_allocate(&x->context, &a, (size_t)n * (size_t)n, sizeof *a), NMM_OK);
+    for (int row = 0; row < K->n_row; row++) {
+        for (int k = K->row_start[row]; k < K->row_start[row + 1]; k++)
+            for (int i = 0; i < 4; i++)
+                a[(2 * rank[row] + i / 2) * n + 2 * rank[K->col[k]] + i % 2] = K->value[4 * k + i];
+    }
+    for (int j = 0; j < n; j++) {
+        for (int i = j; i < n; i++) {
+            double sum = a[i * n + j];
+            for (int k = 0; k < j; k++)
+                sum -= a[i * n + k] * a[j * n + k];
+            a[i * n + j] = i == j ? sqrt(sum) : sum / a[j * n + j];
+        }
+    }
+    return a;
+}
+
+// Every number of the dense factor is in the sparse one, or below `tolerance`.
+static void expect_factor(const nmm_factor *f, double *dense, double tolerance) {
+    const int n = 2 * f->n_row;
+    for (int i = 0; i < f->n_front; i++) {
+        const nmm_front *front = &f->front[i];
+        for (int j = 0; j < 2 * front->n_pivot; j++) {
+            const double *column = f->value + front->column + (long)j * front->stride;
+            for (int k = j; k < 2 * (front->n_pivot + front->n_row); k++) {
+                const int block = k / 2 - front->n_pivot;
+                const int row = block < 0 ? front->first + k / 2 : f->row[front->row + block];
+                double *d = &dense[(2 * row + k % 2) * n + 2 * front->first + j];
+                assert_near(k == j ? 1 / column[k] : column[k], *d, tolerance);
+                *d = 0;
+            }
+        }
+    }
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j <= i; j++)
+            assert_near(dense[i * n + j], 0, tolerance);
+}
+
+static void test_numbers(void **state) {
+    (void)state;
+    for (int n = 1; n <= 140; n += n < 20 ? 1 : 40) {
+        for (int per_row = 1; per_row <= 5; per_row += 2) {
+            fixture x;
+            set_up_random(&x, n, per_row, 100 + (uint64_t)(n * per_row));
+            analyse(&x);
+            double *dense = dense_factor(&x);
+            assert_int_equal(nmm_variant_serial.make_factor(&x.factor, x.system.K.value), -1);
+            expect_factor(&x.factor, dense, 1e-11);
+            nmm_release(&x.context, &dense);
+            tear_down(&x);
+        }
+    }
+}
+
+// Plain code, AVX2, and the variants for threads: the same bits, of the factor and of a solution.
+static void test_variants(void **state) {
+    (void)state;
+    fixture x;
+    set_up_rock(&x, 6, 5, 1);
+    analyse(&x);
+    const nmm_variant *const variant[] = {&nmm_variant_serial, &nmm_variant_threads,
+                                          &nmm_variant_serial_avx2, &nmm_variant_threads_avx2};
+    const size_t n = 2 * (size_t)x.system.K.n_row, n_value = (size_t)x.factor.n_value;
+    double *first = NULL, *z[2] = {NULL, NULL};
+    assert_int_equal(nmm_allocate(&x.context, &first, n_value, sizeof *first), NMM_OK);
+    assert_int_equal(nmm_allocate(&x.context, &z[0], n, sizeof **z), NMM_OK);
+    assert_int_equal(nmm_allocate(&x.context, &z[1], n, sizeof **z), NMM_OK);
+    for (int k = 0; k < (test_has_avx2() ? 4 : 2); k++) {
+        memset(x.factor.value, 0xff, n_value * sizeof *first);
+        memset(x.factor.stack, 0xff, (size_t)x.factor.n_stack * sizeof *first);
+        assert_int_equal(variant[k]->make_factor(&x.factor, x.system.K.value), -1);
+        variant[k]->apply_factor(&x.factor, x.system.f, z[k > 0]);
+        if (k == 0) memcpy(first, x.factor.value, n_value * sizeof *first);
+        for (int i = 0; i < x.factor.n_front; i++) {
+            const nmm_front *front = &x.factor.front[i];
+            const size_t rows = 2 * (size_t)(front->n_pivot + front->n_row);
+            for (int j = 0; j < 2 * front->n_pivot; j++) {
+                const long at = front->column + (long)j * front->stride + j;
+                assert_memory_equal(x.factor.value + at, first + at,
+                                    (rows - (size_t)j) * sizeof *first);
+            }
+        }
+        if (k > 0) assert_memory_equal(z[0], z[1], n * sizeof **z);
+    }
+    assert_true(test_true_residual(&x.system, z[0]) < 1e-9);
+    nmm_release(&x.context, &first);
+    nmm_release(&x.context, &z[0]);
+    nmm_release(&x.context, &z[1]);
+    tear_down(&x);
+}
+
+// The pivot that is not positive is named, wherever in a front it is.
+static void test_pivots(void **state) {
+    (void)state;
+    for (int row = 0; row < 48; row++) {
+        fixture x;
+        set_up_random(&x, 48, 3, 5);
+        analyse(&x);
+        double *d = x.system.K.value + 4 * x.system.K.diagonal[row];
+        d[3] = d[1] * d[1] / d[0] - 1;
+        const int found = nmm_variant_serial.make_factor(&x.factor, x.system.K.value);
+        // Rows joined to it may carry the trouble away, never before its own turn.
+        assert_in_range(found, 0, 47);
+        assert_true(x.factor.rank[found] <= x.factor.rank[row]);
+        d[0] = NAN;
+        assert_in_range(nmm_variant_serial.make_factor(&x.factor, x.system.K.value), 0, 47);
+        tear_down(&x);
+    }
+}
+
+// --- Memory
+
+// One factor for one pattern after the other, large and small.
+static void test_patterns_in_turn(void **state) {
+    (void)state;
+    nmm_context context = {.n_thread = 1};
+    nmm_factor factor = {0};
+    for (int k = 0; k < 40; k++) {
+        test_system system = {0};
+        const int n = k % 2 == 0 ? 4 + 5 * k : 220 - 4 * k;
+        test_system_random(&context, &system, n, k % 5, 60 + (uint64_t)k);
+        double *z = NULL;
+        assert_int_equal(nmm_allocate(&context, &z, (size_t)n, 2 * sizeof *z), NMM_OK);
+        assert_int_equal(nmm_factor_analyse(&context, &factor, &system.K), NMM_OK);
+        assert_int_equal(nmm_factor_reserve(&context, &factor), NMM_OK);
+        const int trouble = nmm_variant_serial.make_factor(&factor, system.K.value);
+        // Rows that nothing joins are zero.
+        assert_true(k % 5 == 0 ? trouble >= 0 : trouble == -1);
+        if (trouble < 0) {
+            nmm_variant_serial.apply_factor(&factor, system.f, z);
+            assert_true(test_true_residual(&system, z) < 1e-9);
+        }
+        nmm_release(&context, &z);
+        test_system_destroy(&context, &system);
+    }
+    nmm_factor_destroy(&context, &factor);
+    assert_int_equal(context.n_live, 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_shape),   cmocka_unit_test(test_star),
+        cmocka_unit_test(test_grid),    cmocka_unit_test(test_known),
+        cmocka_unit_test(test_numbers), cmocka_unit_test(test_variants),
+        cmocka_unit_test(test_pivots),  cmocka_unit_test(test_patterns_in_turn),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

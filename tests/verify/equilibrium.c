@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+//
+// analysis.kind: static: equilibria against closed forms, and blocks that have none.
+
+#include "run.h"
+
+#include "step.h"
+
+#define GRAVITY 9.81
+#define STATIC "analysis.kind=static"
+
+static nmm_end find(run *r) {
+    while (r->report.end == NMM_END_RUNNING)
+        assert_int_equal(nmm_sim_step(r->sim, &r->report), NMM_OK);
+    return r->report.end;
+}
+
+static void test_column(void **state) {
+    (void)state;
+    run r = RUN("column.yaml", STATIC, "materials.rock.plane=stress", "covers.size=0.5");
+    row_true("statics: column", "completed", find(&r) == NMM_END_COMPLETED);
+    row_close("statics: column, settlement of the top", 1.226250e-3,
+              -run_monitor(&r, "top").displacement[1], 2e-3);
+    row_ledger("statics: column", &r);
+    run_close(&r);
+    rows_end();
+}
+
+static void test_stack(void **state) {
+    (void)state;
+    run r = RUN("stack.yaml", STATIC);
+    row_true("statics: stack of 5", "completed", find(&r) == NMM_END_COMPLETED);
+    double sum = 0;
+    for (int k = 0; k < r.sim->state.n_contact; k++) {
+        const nmm_contact *contact = &r.sim->state.contact[k];
+        const int p = r.sim->model.vertex_point[contact->vertex];
+        const double y = r.sim->state.position[2 * p + 1] + r.sim->model.origin.y;
+        if (contact->mode != NMM_CONTACT_OPEN && fabs(y) < 0.1) sum += contact->normal_force;
+    }
+    row_close("statics: stack of 5, force on the base", 5 * 2500 * GRAVITY, sum, 1e-6);
+    row_ledger("statics: stack of 5", &r);
+    run_close(&r);
+    rows_end();
+}
+
+// A block on a slope of 30 degrees, a beam of two blocks between abutments: each side of the limit.
+static void test_limits(void **state) {
+    (void)state;
+    const struct {
+        const char *scene, *name;
+        double friction;
+        bool holds;
+    } cases[] = {
+        {"incline.yaml", "slope of 30 deg", 29.9, false},
+        {"incline.yaml", "slope of 30 deg", 30.1, true},
+        {"hinged_beam.yaml", "hinged beam (limit 21.80 deg)", 20, false},
+        {"hinged_beam.yaml", "hinged beam (limit 21.80 deg)", 22.5, true},
+    };
+    for (int k = 0; k < 4; k++) {
+        run r = RUN(cases[k].scene, STATIC,
+                    set_text("interfaces.contact.friction_angle=%g", cases[k].friction));
+        const nmm_end expected = cases[k].holds ? NMM_END_COMPLETED : NMM_END_NO_EQUILIBRIUM;
+        row_true(set_text("statics: %s, friction %g", cases[k].name, cases[k].friction),
+                 cases[k].holds ? "holds" : "no equilibrium", find(&r) == expected);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// Which block, and where to; and a block that touches nothing.
+static void test_reason(void **state) {
+    (void)state;
+    run r = RUN("incline.yaml", STATIC, "interfaces.contact.friction_angle=10");
+    find(&r);
+    row_true("statics: the free block is named", "slider",
+             strstr(r.report.reason, "'slider'") != NULL);
+    row_true("statics: and its way", "along x", strstr(r.report.reason, "along (1.00,") != NULL);
+    run_close(&r);
+    r = RUN("fall.yaml", STATIC);
+    row_true("statics: a body in the air", "no equilibrium", find(&r) == NMM_END_NO_EQUILIBRIUM);
+    run_close(&r);
+    // Nothing acts: it is where it should be.
+    r = RUN("fall.yaml", STATIC, "gravity=[0, 0]");
+    row_true("statics: no load, no support", "completed", find(&r) == NMM_END_COMPLETED);
+    run_close(&r);
+    rows_end();
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_column),
+        cmocka_unit_test(test_stack),
+        cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_reason),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+//
+// analysis.scheme: newmark, whose forces are means over the step, against closed forms; and the
+// rates of both schemes. For an oscillator with W = omega h and the share s = 2 beta of the end
+//   rho^2 = (2 + (1 - s) W^2) / (2 + s W^2),   beta = 1/4: x_k = cos(2 k atan(W / 2)).
+
+#include "run.h"
+
+#include "step.h"
+
+#include <stdlib.h>
+
+#define GRAVITY 9.81
+#define NEWMARK "analysis.scheme=newmark"
+
+// --- Oscillator
+
+// Strain of the breathing square from its balance, over that at the start, after each step.
+static double *oscillation(const char *scheme, const char *beta, double W, int n) {
+    const double balance = 1e-3;
+    run r = RUN("oscillator.yaml", set_text("time.dt=%.17g", W / 1000),
+                set_text("time.end=%.17g", (n + 1) * W / 1000), scheme, beta);
+    double *x = calloc((size_t)n + 1, sizeof *x);
+    x[0] = 1;
+    for (int k = 1; k <= n; k++) {
+        run_step(&r);
+        const nmm_reading a = run_monitor(&r, "opposite"), b = run_monitor(&r, "corner");
+        x[k] = 1 - (b.displacement[0] - a.displacement[0]) / (0.1 * balance);
+    }
+    row_ledger(set_text("newmark: oscillator, W %g", W), &r);
+    run_close(&r);
+    return x;
+}
+
+static void test_oscillator(void **state) {
+    (void)state;
+    const double W[] = {0.1, 0.5, 1.5};
+    for (int k = 0; k < 3; k++) {
+        double *x = oscillation(NEWMARK, NULL, W[k], 200);
+        row_near(set_text("newmark: oscillator, W %g after 200 steps", W[k]),
+                 cos(400 * atan(W[k] / 2)), x[200], 1e-8);
+        free(x);
+    }
+    const double W2 = 0.25, share = 0.6;
+    double *x = oscillation(NEWMARK, "analysis.beta=0.3", 0.5, 4);
+    const double D = (x[2] * x[2] - x[1] * x[3]) / (x[1] * x[1] - x[0] * x[2]);
+    row_near("newmark: spectral radius, beta 0.3, W 0.5",
+             sqrt((2 + (1 - share) * W2) / (2 + share * W2)), sqrt(D), 1e-9);
+    free(x);
+    rows_end();
+}
+
+// Largest error over five radians, against the oscillation itself.
+static double error_of(const char *scheme, int n) {
+    const double W = 5.0 / n;
+    double *x = oscillation(scheme, NULL, W, n), worst = 0;
+    for (int k = 0; k <= n; k++)
+        worst = fmax(worst, fabs(x[k] - cos(k * W)));
+    free(x);
+    return worst;
+}
+
+static void test_rates(void **state) {
+    (void)state;
+    row_near("newmark: rate in dt", 2, log2(error_of(NEWMARK, 100) / error_of(NEWMARK, 200)), 0.02);
+    const char *shi = "analysis.scheme=shi";
+    row_near("Shi: rate in dt", 1, log2(error_of(shi, 800) / error_of(shi, 1600)), 0.02);
+    rows_end();
+}
+
+// --- Rotation
+
+// Angular momentum of a body that is one whole block of diagonal mass, about its centre.
+static double angular_momentum(const nmm_sim *sim) {
+    const double m = 1000.0 / 3;
+    double sum = 0;
+    for (int c = 0; c < 3; c++) {
+        const double *v = sim->state.velocity + 2 * c;
+        const double x = sim->model.cover_place[2 * c] + sim->state.displacement[2 * c];
+        const double y = sim->model.cover_place[2 * c + 1] + sim->state.displacement[2 * c + 1];
+        sum += m * (x * v[1] - y * v[0]);
+    }
+    return sum;
+}
+
+// A hundred turns of a hundred steps: nothing is lost, and the shape stays. An initial stress of
+// density spin^2 / 12 holds the body together; what is left of breathing goes on for ever with
+// beta = 1/4, and is smaller with more.
+static void spin(const char *beta, double range) {
+    run r = RUN("rotation.yaml", NEWMARK, "covers.mesh=block", "covers.size=auto",
+                "materials.stiff.youngs_modulus=1e7", "analysis.tolerance=1e-13",
+                "solver.tolerance=1e-12",
+                "initial_stress={kind: uniform, xx: 83.3333333333333, yy: 83.3333333333333, xy: 0}",
+                set_text("time.end=%.17g", 200 * M_PI), beta);
+    const double before = angular_momentum(r.sim);
+    row_close("newmark: free rotation, angular momentum at the start", 1000 / 6.0, before, 1e-12);
+    double least = INFINITY, most = -INFINITY;
+    bool more = true;
+    while (more) {
+        more = run_step(&r);
+        double d[6];
+        memcpy(d, r.sim->state.displacement, sizeof d);
+        const nmm_tensor H = nmm_displacement_gradient(d, r.sim->model.element_gradient);
+        const double area = (1 + H.xx) * (1 + H.yy) - H.xy * H.yx;
+        if (r.report.step < 1000) continue;
+        least = fmin(least, area);
+        most = fmax(most, area);
+    }
+    const char *name = set_text("newmark: %s, 100 turns", beta);
+    row_below(set_text("%s, loss of angular momentum", name), angular_momentum(r.sim) / before - 1,
+              1e-8);
+    row_note(set_text("%s, change of kinetic energy", name),
+             r.report.energy.kinetic / (1000 / 12.0));
+    row_below(set_text("%s, range of the area", name), most - least, range);
+    row_below(set_text("%s, ledger residual over kinetic energy", name),
+              r.report.energy.residual / (1000 / 12.0), 1e-8);
+    run_close(&r);
+}
+
+static void test_rotation(void **state) {
+    (void)state;
+    spin("analysis.beta=0.25", 1e-6);
+    spin("analysis.beta=0.3", 1e-7);
+    rows_end();
+}
+
+// --- With contact
+
+static void test_contact(void **state) {
+    (void)state;
+    run r = RUN("incline.yaml", NEWMARK);
+    run_to_end(&r);
+    row_close("newmark: incline 30 deg, phi 20: way at 2 s", 3.625629,
+              run_monitor(&r, "slider").displacement[0], 1e-3);
+    row_ledger("newmark: incline", &r);
+    run_close(&r);
+    r = RUN("stack.yaml", NEWMARK);
+    run_to_end(&r);
+    const nmm_reading top = run_monitor(&r, "top");
+    // Stiff modes do not fade by themselves here: damping alone brings it to rest.
+    row_below("newmark: stack of 5, speed at rest", hypot(top.velocity[0], top.velocity[1]), 1e-4);
+    row_ledger("newmark: stack of 5", &r);
+    run_close(&r);
+    rows_end();
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_oscillator),
+        cmocka_unit_test(test_rates),
+        cmocka_unit_test(test_rotation),
+        cmocka_unit_test(test_contact),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
