@@ -61,6 +61,7 @@ nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
     TRY(nmm_allocate(context, &s->bucket_start, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->bucket_pairs, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->box, n, sizeof(nmm_box)));
+    TRY(nmm_allocate(context, &s->line, n, sizeof(nmm_edge_line)));
     TRY(nmm_allocate(context, &s->vertex_start, n + 1, sizeof(int)));
     return nmm_allocate(context, &s->last_start, n + 1, sizeof(int));
 }
@@ -79,6 +80,8 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_release(context, &s->box);
     nmm_release(context, &s->raw);
     nmm_release(context, &s->raw_first);
+    nmm_release(context, &s->raw_count);
+    nmm_release(context, &s->line);
     nmm_release(context, &s->vertex_start);
     nmm_release(context, &s->last_start);
     nmm_release(context, &s->sorted);
@@ -114,14 +117,13 @@ static void set_springs(const nmm_contact_search *search, const nmm_model *model
 }
 
 static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model *model,
-                               const nmm_state *state, const nmm_raw *raw) {
+                               const nmm_raw *raw) {
     nmm_contact c = {.vertex = raw->vertex, .edge = raw->edge, .length = raw->length};
     c.spring_length = raw->spring_length;
     c.interface = interface_of(model, raw->vertex, raw->edge);
     c.gap = raw->gap;
-    const nmm_edge_line e = nmm_edge_line_of(model, state, raw->edge);
-    const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, raw->vertex), e.p);
-    c.anchor = nmm_vec2_dot(e.t, off) / e.length;
+    const nmm_edge_line *e = &search->line[raw->edge];
+    c.anchor = nmm_vec2_dot(e->t, nmm_vec2_sub(search->line[raw->vertex].p, e->p)) / e->length;
     set_springs(search, model, &c);
     return c;
 }
@@ -129,8 +131,8 @@ static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model
 // --- History
 
 // Take over what `old` knew. Forces per length are kept; the slip too, so the anchor moves along.
-static void inherit(const nmm_contact_search *search, const nmm_model *model,
-                    const nmm_state *state, nmm_contact *c, const nmm_contact *old) {
+static void inherit(const nmm_contact_search *search, const nmm_model *model, nmm_contact *c,
+                    const nmm_contact *old) {
     const bool same = old->vertex == c->vertex && old->edge == c->edge;
     nmm_contact next = *old;
     next.vertex = c->vertex;
@@ -145,8 +147,7 @@ static void inherit(const nmm_contact_search *search, const nmm_model *model,
     next.normal_force *= ratio;
     next.shear_force *= ratio;
     if (!same) {
-        const nmm_edge_line e = nmm_edge_line_of(model, state, c->edge);
-        next.anchor = c->anchor - old->slip / e.length;
+        next.anchor = c->anchor - old->slip / search->line[c->edge].length;
         next.interface = c->interface;
     }
     set_springs(search, model, &next);
@@ -159,35 +160,32 @@ static const nmm_contact *left_contact(const nmm_narrowing *now, int vertex, int
                                        int sign) {
     const nmm_contact *old = nmm_contact_lookup(&now->last, vertex, edge);
     if (old == NULL || old->mode == NMM_CONTACT_OPEN) return NULL;
-    const nmm_edge_line e = nmm_edge_line_of(now->model, now->state, edge);
-    const nmm_vec2 place = nmm_vertex_place(now->model, now->state, vertex);
-    const double foot = nmm_vec2_dot(e.t, nmm_vec2_sub(place, e.p));
+    const nmm_edge_line *e = &now->line[edge];
+    const double foot = nmm_vec2_dot(e->t, nmm_vec2_sub(now->line[vertex].p, e->p));
     const double margin = NMM_EXACT * now->model->size;
-    if (!old->bonded && foot > margin && foot < e.length - margin) return NULL;
-    const nmm_vec2 t = nmm_edge_line_of(now->model, now->state, new_edge).t;
-    return sign * nmm_vec2_dot(e.t, t) > NMM_IN_LINE ? old : NULL;
+    if (!old->bonded && foot > margin && foot < e->length - margin) return NULL;
+    return sign * nmm_vec2_dot(e->t, now->line[new_edge].t) > NMM_IN_LINE ? old : NULL;
 }
 
 const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge) {
-    const nmm_model *model = now->model;
     const nmm_contact *old = nmm_contact_lookup(&now->last, vertex, edge);
     // The vertex passed a corner or a cut of the other side.
-    const int near[2] = {model->vertex_prev[edge], model->vertex_next[edge]};
+    const int near[2] = {nmm_vertex_before(now, edge), nmm_vertex_behind(now, edge)};
     for (int k = 0; k < 2 && old == NULL; k++)
         old = left_contact(now, vertex, near[k], edge, 1);
     // The other side's vertices at this place, on the edges that meet here.
-    const int other[2] = {edge, model->vertex_next[edge]};
-    const int side[2] = {vertex, model->vertex_prev[vertex]};
+    const int other[2] = {edge, nmm_vertex_behind(now, edge)};
+    const int side[2] = {vertex, nmm_vertex_before(now, vertex)};
     for (int k = 0; k < 4 && old == NULL; k++)
         old = left_contact(now, other[k / 2], side[k % 2], edge, -1);
     return old;
 }
 
-static nmm_contact with_history(const nmm_contact_search *search, const nmm_narrowing *now,
+static nmm_contact with_history(const nmm_contact_search *search, const nmm_model *model,
                                 const nmm_raw *raw, const nmm_contact *old) {
-    nmm_contact c = new_contact(search, now->model, now->state, raw);
+    nmm_contact c = new_contact(search, model, raw);
     if (old != NULL)
-        inherit(search, now->model, now->state, &c, old);
+        inherit(search, model, &c, old);
     else
         c.rest = nmm_min(0, c.gap);
     return c;
@@ -264,11 +262,19 @@ static int make_list(nmm_contact_search *search, const nmm_narrowing *now, bool 
             order == 0 ? &state->contact[old++] : nmm_contact_history(now, raw->vertex, raw->edge);
         // A bond at the same place, kept under its own name, stands for this one.
         if (before != NULL && before->bonded && order != 0) continue;
-        search->next[n] = with_history(search, now, raw, before);
+        search->next[n] = with_history(search, now->model, raw, before);
         if (begins) begin_contact(now->model, state, raw, &search->next[n]);
         n += 1;
     }
     return n;
+}
+
+static void draw_lines(const nmm_context *context, nmm_contact_search *search,
+                       const nmm_model *model, const nmm_state *state) {
+    const int n = model->n_vertex, n_thread = context->n_thread;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
+    for (int e = 0; e < n; e++)
+        search->line[e] = nmm_edge_line_of(model, state, e);
 }
 
 nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
@@ -279,8 +285,10 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
     const double near = nmm_max(reach, NMM_SAME * model->size) + overlap;
     TRY(nmm_pairs_update(context, search, model, state, near));
     start_list(state, model->n_vertex, search->last_start);
+    draw_lines(context, search, model, state);
     const nmm_narrowing now = {.model = model,
                                .state = state,
+                               .line = search->line,
                                .last = {state->contact, search->last_start},
                                .reach = reach,
                                .near = near};

@@ -17,14 +17,20 @@
 static bool passes_corner(const nmm_model *model, const nmm_state *state, const nmm_contact *c,
                           const nmm_edge_line *e, double foot) {
     const double anchor = c->anchor * e->length, margin = 2 * NMM_SAME * model->size;
-    int next;
+    const int *step;
     if (foot < -margin && anchor < -margin)
-        next = model->vertex_prev[c->edge];
+        step = model->vertex_prev;
     else if (foot > e->length + margin && anchor > e->length + margin)
-        next = model->vertex_next[c->edge];
+        step = model->vertex_next;
     else
         return false;
-    const double turn = nmm_vec2_cross(e->t, nmm_edge_line_of(model, state, next).t);
+    int next = step[c->edge];
+    nmm_edge_line beyond = nmm_edge_line_of(model, state, next);
+    for (int k = 0; k < 8 && beyond.length <= NMM_TINY * model->size; k++) {
+        next = step[next];
+        beyond = nmm_edge_line_of(model, state, next);
+    }
+    const double turn = nmm_vec2_cross(e->t, beyond.t);
     return foot < 0 ? turn < -NMM_SLANTED : turn > NMM_SLANTED;
 }
 

@@ -10,47 +10,63 @@
 
 // Boxes of the edges as they are now, near enough?
 static bool still_near(const nmm_narrowing *now, nmm_edge_pair pair) {
-    const nmm_vec2 p = nmm_vertex_place(now->model, now->state, pair.a);
-    const nmm_vec2 q = nmm_vertex_place(now->model, now->state, now->model->vertex_next[pair.a]);
-    const nmm_vec2 r = nmm_vertex_place(now->model, now->state, pair.b);
-    const nmm_vec2 s = nmm_vertex_place(now->model, now->state, now->model->vertex_next[pair.b]);
-    return nmm_min(p.x, q.x) - nmm_max(r.x, s.x) <= now->near &&
-           nmm_min(r.x, s.x) - nmm_max(p.x, q.x) <= now->near &&
-           nmm_min(p.y, q.y) - nmm_max(r.y, s.y) <= now->near &&
-           nmm_min(r.y, s.y) - nmm_max(p.y, q.y) <= now->near;
+    const nmm_edge_line *a = &now->line[pair.a], *b = &now->line[pair.b];
+    return nmm_min(a->p.x, a->q.x) - nmm_max(b->p.x, b->q.x) <= now->near &&
+           nmm_min(b->p.x, b->q.x) - nmm_max(a->p.x, a->q.x) <= now->near &&
+           nmm_min(a->p.y, a->q.y) - nmm_max(b->p.y, b->q.y) <= now->near &&
+           nmm_min(b->p.y, b->q.y) - nmm_max(a->p.y, a->q.y) <= now->near;
 }
 
-// Raw contacts of chunk c to `out`, or only counted when that is NULL. Returns how many.
-static int narrow_chunk(const nmm_contact_search *search, const nmm_narrowing *all, int c,
-                        nmm_raw *out) {
+// Raw contacts of chunk c into its room; those beyond it are only counted.
+static void narrow_chunk(nmm_contact_search *search, const nmm_narrowing *all, int c) {
     nmm_narrowing now = *all;
-    now.out = out;
+    now.out = search->raw + search->raw_first[c];
+    now.room = search->raw_first[c + 1] - search->raw_first[c];
     const int end = nmm_min_int((c + 1) * NMM_PAIR_CHUNK, search->n_pair);
     for (int k = c * NMM_PAIR_CHUNK; k < end; k++) {
         if (still_near(&now, search->pair[k])) nmm_touch(&now, search->pair[k]);
     }
-    return now.n;
+    search->raw_count[c] = now.n;
 }
 
+// Has every chunk had room? Sums the counts.
+static bool had_room(const nmm_contact_search *search, int n_chunk, int *n_raw) {
+    bool fits = true;
+    *n_raw = 0;
+    for (int c = 0; c < n_chunk; c++) {
+        const int room = search->raw_first[c + 1] - search->raw_first[c];
+        fits = fits && search->raw_count[c] <= room;
+        *n_raw += search->raw_count[c];
+    }
+    return fits;
+}
+
+// Room for what was counted, and a little more.
+static nmm_status make_room(nmm_context *context, nmm_contact_search *search, int n_chunk) {
+    int *first = search->raw_first;
+    for (int c = 0; c < n_chunk; c++)
+        first[c + 1] = first[c] + search->raw_count[c] + search->raw_count[c] / 8 + 4;
+    return nmm_grow(context, &search->raw, &search->raw_capacity, first[n_chunk], sizeof(nmm_raw));
+}
+
+// Each chunk writes where it had room in the last step; new pairs, or more contacts than expected,
+// ask for a second time.
 static nmm_status narrow_all(nmm_context *context, nmm_contact_search *search,
                              const nmm_narrowing *all, int *n_raw) {
     const int n_thread = context->n_thread;
     const int n_chunk = (search->n_pair + NMM_PAIR_CHUNK - 1) / NMM_PAIR_CHUNK;
+    int capacity = search->chunk_capacity;
+    TRY(nmm_grow(context, &search->raw_count, &capacity, n_chunk + 1, sizeof(int)));
     TRY(nmm_grow(context, &search->raw_first, &search->chunk_capacity, n_chunk + 1, sizeof(int)));
-    int *first = search->raw_first;
-    first[0] = 0;
+    if (search->n_chunk == 0) memset(search->raw_first, 0, ((size_t)n_chunk + 1) * sizeof(int));
+    search->n_chunk = n_chunk;
+    for (;;) {
 #pragma omp parallel for num_threads(n_thread) schedule(dynamic) if (n_thread > 1 && n_chunk > 4)
-    for (int c = 0; c < n_chunk; c++)
-        first[c + 1] = narrow_chunk(search, all, c, NULL);
-    for (int c = 0; c < n_chunk; c++)
-        first[c + 1] += first[c];
-    *n_raw = first[n_chunk];
-    TRY(nmm_grow(context, &search->raw, &search->raw_capacity, *n_raw, sizeof(nmm_raw)));
-#pragma omp parallel for num_threads(n_thread) schedule(dynamic) if (n_thread > 1 && n_chunk > 4)
-    for (int c = 0; c < n_chunk; c++) {
-        if (first[c + 1] > first[c]) narrow_chunk(search, all, c, search->raw + first[c]);
+        for (int c = 0; c < n_chunk; c++)
+            narrow_chunk(search, all, c);
+        if (had_room(search, n_chunk, n_raw)) return NMM_OK;
+        TRY(make_room(context, search, n_chunk));
     }
-    return NMM_OK;
 }
 
 // --- Of one vertex
@@ -94,11 +110,10 @@ static bool was_closed(const nmm_last_list *last, const nmm_raw *raw) {
 // and on steps, it may meet both.
 static bool exclude_each_other(const nmm_narrowing *now, int a, int b) {
     if (now->model->vertex_block[a] != now->model->vertex_block[b]) return false;
-    const nmm_edge_line e = nmm_edge_line_of(now->model, now->state, a);
-    const nmm_edge_line f = nmm_edge_line_of(now->model, now->state, b);
-    const nmm_vec2 way = nmm_vec2_sub(nmm_vec2_mix(f.p, f.q, 0.5), nmm_vec2_mix(e.p, e.q, 0.5));
+    const nmm_edge_line *e = &now->line[a], *f = &now->line[b];
+    const nmm_vec2 way = nmm_vec2_sub(nmm_vec2_mix(f->p, f->q, 0.5), nmm_vec2_mix(e->p, e->q, 0.5));
     const double in_front = NMM_SLANTED * sqrt(nmm_vec2_dot(way, way));
-    return nmm_vec2_dot(e.n, way) <= in_front && -nmm_vec2_dot(f.n, way) <= in_front;
+    return nmm_vec2_dot(e->n, way) <= in_front && -nmm_vec2_dot(f->n, way) <= in_front;
 }
 
 // Which of two that exclude each other: the one in front of its edge, the one that was pressed, the
@@ -136,16 +151,22 @@ static nmm_status sort_raw(nmm_context *context, nmm_contact_search *search, int
     int *start = search->vertex_start;
     TRY(nmm_grow(context, &search->sorted, &search->sorted_capacity, n_raw, sizeof(nmm_raw)));
     memset(start, 0, ((size_t)n_vertex + 1) * sizeof *start);
-    for (int k = 0; k < n_raw; k++)
-        start[search->raw[k].vertex] += 1;
+    for (int c = 0; c < search->n_chunk; c++) {
+        const nmm_raw *raw = search->raw + search->raw_first[c];
+        for (int k = 0; k < search->raw_count[c]; k++)
+            start[raw[k].vertex] += 1;
+    }
     int sum = 0;
     for (int v = 0; v <= n_vertex; v++) {
         const int count = start[v];
         start[v] = sum;
         sum += count;
     }
-    for (int k = 0; k < n_raw; k++)
-        search->sorted[start[search->raw[k].vertex]++] = search->raw[k];
+    for (int c = 0; c < search->n_chunk; c++) {
+        const nmm_raw *raw = search->raw + search->raw_first[c];
+        for (int k = 0; k < search->raw_count[c]; k++)
+            search->sorted[start[raw[k].vertex]++] = raw[k];
+    }
     return NMM_OK;
 }
 

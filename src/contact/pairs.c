@@ -10,8 +10,14 @@
 #include <math.h>
 #include <string.h>
 
-// What the pairs reach beyond the wish, as a part of h: fewer rebuilds against more pairs.
-#define SKIN 0.2
+// What the pairs reach beyond the wish: fewer rebuilds against more pairs. The wish grows with the
+// speed, so twice of it lasts for several steps; from and up to these parts of h.
+#define SKIN_LEAST 0.05
+#define SKIN_MOST 0.2
+
+static double skin_for(double reach, double size) {
+    return nmm_max(SKIN_LEAST * size, nmm_min(SKIN_MOST * size, 2 * reach));
+}
 
 static int cell_of(double x, double size) {
     const double cell = floor(x / size);
@@ -144,11 +150,16 @@ static double largest_motion(const nmm_contact_search *search, const nmm_model *
 
 nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
                             const nmm_model *model, const nmm_state *state, double reach) {
-    if (search->started && reach + 2 * largest_motion(search, model, state) <= search->built_for) {
+    const double wish = reach + skin_for(reach, model->size);
+    // Pairs that reach far too far, as those of the first step do, cost more than new ones.
+    const bool lavish = search->built_for > 1.5 * wish;
+    if (search->started && !lavish &&
+        reach + 2 * largest_motion(search, model, state) <= search->built_for) {
         return NMM_OK;
     }
     const int n = model->n_vertex, n_thread = context->n_thread;
-    search->built_for = reach + SKIN * model->size;
+    search->built_for = wish;
+    search->n_chunk = 0;
     for (int v = 0; v < n; v++) {
         const nmm_vec2 p = nmm_vertex_place(model, state, v);
         search->built_at[2 * v] = p.x;

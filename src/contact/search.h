@@ -7,8 +7,11 @@
 
 #include "contact.h"
 
+#include <math.h>
+
 /// Lengths as parts of the cover size h.
 #define NMM_EXACT 1e-9  // rounding of places
+#define NMM_TINY 1e-5   // edges shorter than this have no direction of their own: they are left out
 #define NMM_TOUCH 1e-6  // overlap that counts as touching
 #define NMM_SAME 1e-4   // of two vertices nearer than this the one that was listed stays
 #define NMM_CORNER 0.5  // tributary length of a corner
@@ -42,15 +45,38 @@ typedef struct nmm_last_list {
     const int *start; // [n_vertex + 1]
 } nmm_last_list;
 
-/// What the narrow phase works on; `out` NULL: it only counts.
+/// Edges as of now.
+typedef struct nmm_edge_line {
+    nmm_vec2 p, q; // ends
+    nmm_vec2 t, n; // unit direction, outward normal
+    double length;
+} nmm_edge_line;
+
+static inline nmm_vec2 nmm_vertex_place(const nmm_model *model, const nmm_state *state, int v) {
+    const double *p = state->position + 2 * (long)model->vertex_point[v];
+    return (nmm_vec2){p[0], p[1]};
+}
+
+static inline nmm_edge_line nmm_edge_line_of(const nmm_model *model, const nmm_state *state,
+                                             int e) {
+    const nmm_vec2 p = nmm_vertex_place(model, state, e);
+    const nmm_vec2 q = nmm_vertex_place(model, state, model->vertex_next[e]);
+    const nmm_vec2 along = nmm_vec2_sub(q, p);
+    const double length = sqrt(nmm_vec2_dot(along, along));
+    const nmm_vec2 t = length > 0 ? nmm_vec2_scale(1 / length, along) : (nmm_vec2){1, 0};
+    return (nmm_edge_line){.p = p, .q = q, .t = t, .n = {t.y, -t.x}, .length = length};
+}
+
+/// What the narrow phase works on. What `out` has no room for is only counted.
 typedef struct nmm_narrowing {
     const nmm_model *model;
     const nmm_state *state;
     nmm_last_list last;
-    double reach; // [m] largest gap that is listed
-    double near;  // [m] the reach and the largest overlap
-    nmm_raw *out;
-    int n;
+    double reach;              // [m] largest gap that is listed
+    double near;               // [m] the reach and the largest overlap
+    const nmm_edge_line *line; // [n_vertex] of all edges
+    nmm_raw *out;              // [room]
+    int n, room;
 } nmm_narrowing;
 
 /// Two straight sides that face each other, and the length they share.
@@ -84,9 +110,12 @@ struct nmm_contact_search {
     int cell_capacity;
     nmm_box *box; // [n_vertex] of the edges, grown
 
+    nmm_edge_line *line; // [n_vertex] of the edges, of this step
     int raw_capacity, chunk_capacity;
+    int n_chunk;       // chunks of pairs that have room in raw; 0: pairs are new
     nmm_raw *raw;      // by chunk of pairs
     int *raw_first;    // [chunks + 1] first place of a chunk in raw
+    int *raw_count;    // [chunks] raw contacts of a chunk
     int *vertex_start; // [n_vertex + 1]
     int *last_start;   // [n_vertex + 1] first contact of a vertex in the last list
     int sorted_capacity;
@@ -96,20 +125,6 @@ struct nmm_contact_search {
     int next_capacity;
     nmm_contact *next; // the new list
 };
-
-/// Edges as of now.
-typedef struct nmm_edge_line {
-    nmm_vec2 p, q; // ends
-    nmm_vec2 t, n; // unit direction, outward normal
-    double length;
-} nmm_edge_line;
-
-static inline nmm_vec2 nmm_vertex_place(const nmm_model *model, const nmm_state *state, int v) {
-    const double *p = state->position + 2 * (long)model->vertex_point[v];
-    return (nmm_vec2){p[0], p[1]};
-}
-
-nmm_edge_line nmm_edge_line_of(const nmm_model *model, const nmm_state *state, int e);
 
 /// Pairs of edges nearer than `reach`, complete; remade only when needed.
 nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
@@ -126,6 +141,11 @@ void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair);
 /// the vertex left, on a neighbouring edge; else a closed one that the other side's vertex at the
 /// place left. NULL: there is none.
 const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge);
+
+/// The vertex or edge behind or before v on its loop, tiny edges passed over: the vertex that
+/// stands for all at its place, and the edge that begins there.
+int nmm_vertex_behind(const nmm_narrowing *now, int v);
+int nmm_vertex_before(const nmm_narrowing *now, int v);
 
 /// The contact (vertex, edge) of the last list, or NULL.
 static inline const nmm_contact *nmm_contact_lookup(const nmm_last_list *last, int vertex,

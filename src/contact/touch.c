@@ -18,17 +18,27 @@
 
 #include <math.h>
 
-nmm_edge_line nmm_edge_line_of(const nmm_model *model, const nmm_state *state, int e) {
-    const nmm_vec2 p = nmm_vertex_place(model, state, e);
-    const nmm_vec2 q = nmm_vertex_place(model, state, model->vertex_next[e]);
-    const nmm_vec2 along = nmm_vec2_sub(q, p);
-    const double length = sqrt(nmm_vec2_dot(along, along));
-    const nmm_vec2 t = length > 0 ? nmm_vec2_scale(1 / length, along) : (nmm_vec2){1, 0};
-    return (nmm_edge_line){.p = p, .q = q, .t = t, .n = {t.y, -t.x}, .length = length};
+static const nmm_edge_line *line_of(const nmm_narrowing *now, int e) {
+    return &now->line[e];
 }
 
-static nmm_edge_line line_of(const nmm_narrowing *now, int e) {
-    return nmm_edge_line_of(now->model, now->state, e);
+static bool is_tiny(const nmm_narrowing *now, const nmm_edge_line *line) {
+    return line->length <= NMM_TINY * now->model->size;
+}
+
+static int pass_tiny(const nmm_narrowing *now, int v, const int *step) {
+    v = step[v];
+    for (int k = 0; k < 8 && is_tiny(now, line_of(now, v)); k++)
+        v = step[v];
+    return v;
+}
+
+int nmm_vertex_behind(const nmm_narrowing *now, int v) {
+    return pass_tiny(now, v, now->model->vertex_next);
+}
+
+int nmm_vertex_before(const nmm_narrowing *now, int v) {
+    return pass_tiny(now, v, now->model->vertex_prev);
 }
 
 // 1: edge-edge, 0: corner, between: both in part.
@@ -80,12 +90,12 @@ static bool listed(const nmm_narrowing *now, const candidate *c) {
 
 static void add_raw(nmm_narrowing *now, const candidate *c, nmm_raw raw) {
     // The tip of a crack ends both edges there.
-    if (c->vertex == c->edge || c->vertex == now->model->vertex_next[c->edge]) return;
+    if (c->vertex == c->edge || c->vertex == nmm_vertex_behind(now, c->edge)) return;
     if (!listed(now, c)) return;
     raw.vertex = c->vertex;
     raw.edge = c->edge;
     raw.gap = c->gap;
-    if (now->out != NULL) now->out[now->n] = raw;
+    if (now->n < now->room) now->out[now->n] = raw;
     now->n += 1;
 }
 
@@ -131,7 +141,7 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
     // Probes stand a twentieth of the interval away from its ends.
     const nmm_vec2 on_f = nmm_vec2_scale(0.05 * shared, lf->t);
     const nmm_vec2 on_e = nmm_vec2_scale(0.05 * shared, le->t);
-    const int next_e = now->model->vertex_next[e], next_f = now->model->vertex_next[f];
+    const int next_e = nmm_vertex_behind(now, e), next_f = nmm_vertex_behind(now, f);
     const interval_end high = {.u = f,
                                .e = e,
                                .w = next_e,
@@ -156,23 +166,21 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
 
 // --- Corner on edge
 
-// The edge that arrives at a vertex; one without length is passed over.
-static nmm_edge_line line_before(const nmm_narrowing *now, int vertex) {
-    int e = now->model->vertex_prev[vertex];
-    nmm_edge_line line = line_of(now, e);
-    for (int k = 0; k < 8 && line.length <= NMM_EXACT * now->model->size; k++) {
-        e = now->model->vertex_prev[e];
-        line = line_of(now, e);
-    }
-    return line;
+// The edge that arrives at a vertex.
+static const nmm_edge_line *line_before(const nmm_narrowing *now, int vertex) {
+    return line_of(now, nmm_vertex_before(now, vertex));
 }
 
-// Both edges at the vertex lie in front of the line of e; *share is how parallel they are to it.
+// Both edges at the vertex lie in front of the line of e, and none is parallel to it; *share is how
+// far they are.
 static bool admissible(const nmm_narrowing *now, int vertex, const nmm_edge_line *e,
                        double *share) {
-    const nmm_edge_line out = line_of(now, vertex), in = line_before(now, vertex);
-    *share = nmm_max(share_parallel(&out, e), share_parallel(&in, e));
-    return nmm_vec2_dot(out.t, e->n) >= -NMM_SLANTED && nmm_vec2_dot(in.t, e->n) <= NMM_SLANTED;
+    const nmm_edge_line *out = line_of(now, vertex), *in = line_before(now, vertex);
+    if (nmm_vec2_dot(out->t, e->n) < -NMM_SLANTED || nmm_vec2_dot(in->t, e->n) > NMM_SLANTED) {
+        return false;
+    }
+    *share = nmm_max(share_parallel(out, e), share_parallel(in, e));
+    return *share < 1;
 }
 
 // The first edge beyond `edge` (in one direction) that is not in line with it.
@@ -180,9 +188,9 @@ static int edge_round_the_corner(const nmm_narrowing *now, int edge, const nmm_e
                                  const int *step) {
     int other = step[edge];
     for (int k = 0; k < 16 && other != edge; k++, other = step[other]) {
-        const nmm_edge_line o = line_of(now, other);
-        if (o.length <= NMM_EXACT * now->model->size) continue;
-        if (fabs(nmm_vec2_cross(e->t, o.t)) > 1e-3 || nmm_vec2_dot(e->t, o.t) < 0) break;
+        const nmm_edge_line *o = line_of(now, other);
+        if (is_tiny(now, o)) continue;
+        if (fabs(nmm_vec2_cross(e->t, o->t)) > 1e-3 || nmm_vec2_dot(e->t, o->t) < 0) break;
     }
     return other;
 }
@@ -195,10 +203,10 @@ static double room_behind(const nmm_narrowing *now, int edge, const nmm_edge_lin
     double room = INFINITY;
     for (int k = 0; k < 2; k++) {
         const int other = edge_round_the_corner(now, edge, e, step[k]);
-        const nmm_edge_line o = line_of(now, other);
-        const double turn = nmm_vec2_cross(e->t, o.t);
+        const nmm_edge_line *o = line_of(now, other);
+        const double turn = nmm_vec2_cross(e->t, o->t);
         const bool convex = k == 0 ? turn > 0 : turn < 0;
-        if (convex) room = nmm_min(room, -gap_of(&o, place));
+        if (convex) room = nmm_min(room, -gap_of(o, place));
     }
     return room;
 }
@@ -208,21 +216,21 @@ static double room_behind(const nmm_narrowing *now, int edge, const nmm_edge_lin
 static bool meets_beyond(const nmm_narrowing *now, int edge, const nmm_edge_line *e, double along,
                          double gap) {
     if (gap >= 0) return true;
-    const nmm_model *model = now->model;
-    const int next = along < 0 ? model->vertex_prev[edge] : model->vertex_next[edge];
-    const double turn = nmm_vec2_cross(e->t, line_of(now, next).t);
+    const nmm_edge_line *next =
+        along < 0 ? line_before(now, edge) : line_of(now, nmm_vertex_behind(now, edge));
+    const double turn = nmm_vec2_cross(e->t, next->t);
     return along < 0 ? turn > 0 : turn < 0;
 }
 
 static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line *e) {
     const double size = now->model->size;
-    const nmm_vec2 place = nmm_vertex_place(now->model, now->state, vertex);
+    const nmm_vec2 place = line_of(now, vertex)->p;
     const double along = nmm_vec2_dot(e->t, nmm_vec2_sub(place, e->p)), gap = gap_of(e, place);
     double beyond = nmm_max(-along, along - e->length);
     if (beyond <= NMM_EXACT * size) beyond = 0;
     if (beyond > now->reach || gap > now->reach || gap < -NMM_DEEPEST * size) return;
     double share = 0;
-    if (!admissible(now, vertex, e, &share) || share >= 1) return;
+    if (!admissible(now, vertex, e, &share)) return;
     if (beyond > 0 && !meets_beyond(now, edge, e, along, gap)) return;
     candidate c = {.vertex = vertex, .edge = edge, .gap = gap, .probe = place};
     if (gap < 0) c.room = room_behind(now, edge, e, place);
@@ -231,11 +239,11 @@ static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line
 }
 
 void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair) {
-    const nmm_edge_line a = line_of(now, pair.a), b = line_of(now, pair.b);
-    const double least = NMM_EXACT * now->model->size;
-    if (a.length <= least || b.length <= least) return;
-    const double share = share_parallel(&a, &b);
-    if (share > 0) edge_edge(now, pair.a, pair.b, &a, &b, share);
-    corner(now, pair.a, pair.b, &b);
-    corner(now, pair.b, pair.a, &a);
+    const nmm_edge_line *a = line_of(now, pair.a), *b = line_of(now, pair.b);
+    // The vertex of a tiny edge is stood for by the one behind it.
+    if (is_tiny(now, a) || is_tiny(now, b)) return;
+    const double share = share_parallel(a, b);
+    if (share > 0) edge_edge(now, pair.a, pair.b, a, b, share);
+    corner(now, pair.a, pair.b, b);
+    corner(now, pair.b, pair.a, a);
 }

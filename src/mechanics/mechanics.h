@@ -12,6 +12,8 @@
 
 #include "model.h"
 
+#include <math.h>
+
 /// Lame constants of the plane state [Pa]; plane stress has its own lambda.
 typedef struct nmm_elastic {
     double lambda, mu;
@@ -31,15 +33,74 @@ typedef struct nmm_strain {
     double exx, eyy, exy; // Biot strain U - I in the turned frame, exy tensor component
 } nmm_strain;
 
-/// Strain of an element: displacements d[3][2] [m] of its covers, gradient[3][2] [1/m].
-/// Digits of small strains survive large displacements and turns.
-nmm_strain nmm_strain_of(const double d[6], const double gradient[6]);
+/// Displacement gradient sum_i d_i (x) grad w_i; displacements d[3][2] [m] of the element's covers,
+/// gradient[3][2] [1/m].
+static inline nmm_tensor nmm_displacement_gradient(const double d[6], const double gradient[6]) {
+    // The gradients add to zero: differences keep the digits of small strains.
+    const double ax = d[2] - d[0], ay = d[3] - d[1];
+    const double bx = d[4] - d[0], by = d[5] - d[1];
+    const double *g = gradient;
+    return (nmm_tensor){
+        .xx = ax * g[2] + bx * g[4],
+        .xy = ax * g[3] + bx * g[5],
+        .yx = ay * g[2] + by * g[4],
+        .yy = ay * g[3] + by * g[5],
+    };
+}
 
-/// Displacement gradient sum_i d_i (x) grad w_i.
-nmm_tensor nmm_displacement_gradient(const double d[6], const double gradient[6]);
+/// Strain of an element. Digits of small strains survive large displacements and turns.
+static inline nmm_strain nmm_strain_of(const double d[6], const double gradient[6]) {
+    const nmm_tensor H = nmm_displacement_gradient(d, gradient);
+    const double sum = 2 + H.xx + H.yy, turn = H.yx - H.xy;
+    const double stretch = sqrt(sum * sum + turn * turn);
+    const double c = sum / stretch, s = turn / stretch;
+    // c - 1 as (|c| - 1) + (c - |c|), the first without cancellation, the second 0 but for turns
+    // beyond 90 degrees; no branch, so that several elements go side by side.
+    const double less = -s * turn / (stretch + fabs(sum)) + (c - fabs(c));
+    return (nmm_strain){
+        .H = H,
+        .c = c,
+        .s = s,
+        .stretch = stretch,
+        .exx = less + c * H.xx + s * H.yx,
+        .eyy = less + c * H.yy - s * H.xy,
+        .exy = 0.5 * (c * (H.xy + H.yx) + s * (H.yy - H.xx)),
+    };
+}
+
+/// Biot stress D e + s0 in the turned frame [Pa]: stress[3] = xx, yy, xy.
+static inline void nmm_biot_of(nmm_elastic elastic, const nmm_strain *e, const double initial[3],
+                               double stress[3]) {
+    const double volume = elastic.lambda * (e->exx + e->eyy);
+    stress[0] = volume + 2 * elastic.mu * e->exx + initial[0];
+    stress[1] = volume + 2 * elastic.mu * e->eyy + initial[1];
+    stress[2] = 2 * elastic.mu * e->exy + initial[2];
+}
+
+/// R (T + kappa J): the skew part keeps P F^T symmetric where T[3] is not coaxial with U, eq.
+/// (3.9), for the part `apart` of T that is not.
+static inline nmm_tensor nmm_turned_of(const nmm_strain *strain, const double T[3],
+                                       const double apart[3]) {
+    const double kappa =
+        -(apart[2] * (strain->exx - strain->eyy) + (apart[1] - apart[0]) * strain->exy) /
+        strain->stretch;
+    const double c = strain->c, s = strain->s;
+    const double qxy = T[2] - kappa, qyx = T[2] + kappa;
+    return (nmm_tensor){
+        .xx = c * T[0] - s * qyx,
+        .xy = c * qxy - s * T[1],
+        .yx = s * T[0] + c * qyx,
+        .yy = s * qxy + c * T[1],
+    };
+}
 
 /// First Piola-Kirchhoff stress dW/dF [Pa], eq. (3.8); initial[3] = xx, yy, xy in the turned frame.
-nmm_tensor nmm_piola_of(nmm_elastic elastic, const nmm_strain *strain, const double initial[3]);
+static inline nmm_tensor nmm_piola_of(nmm_elastic elastic, const nmm_strain *strain,
+                                      const double initial[3]) {
+    double T[3];
+    nmm_biot_of(elastic, strain, initial, T);
+    return nmm_turned_of(strain, T, initial);
+}
 
 /// W(F) [J/m3], eq. (3.7); zero at F = I.
 double nmm_strain_energy_of(nmm_elastic elastic, const nmm_strain *strain, const double initial[3]);
@@ -47,27 +108,20 @@ double nmm_strain_energy_of(nmm_elastic elastic, const nmm_strain *strain, const
 /// Cauchy stress P F^T / det F along the fixed axes: stress[3] = xx, yy, xy.
 void nmm_cauchy_of(const nmm_strain *strain, nmm_tensor piola, double stress[3]);
 
-/// Piola stress of element e at the displacements d[3][2] of its covers, and the inner forces on
-/// them, force[3][2] [N].
-void nmm_element_pull(const nmm_model *model, nmm_elastic elastic, const double initial[3], int e,
-                      const double d[6], double piola[4], double force[6]);
+/// Stress and inner forces of all elements: those at the end of a step, or means over it.
+typedef struct nmm_inner {
+    double *piola;       // [n_element][4] Pa, eq. (3.8)
+    double *force;       // [n_element][3][2] N on the covers
+    const double *start; // [n_element][3] Pa, Biot stress before the step; NULL: no means
+    const double *moved; // [n_cover][2] m, displacement of the step
+    double share;        // of the end of the step in its means
+} nmm_inner;
 
-/// Biot stress D e + s0 in the turned frame [Pa]: stress[3] = xx, yy, xy.
-void nmm_biot_of(nmm_elastic elastic, const nmm_strain *strain, const double initial[3],
-                 double stress[3]);
-
-/// What means over a step need of one element.
-typedef struct nmm_mean {
-    double way[6];       // [3][2] m, displacement of its covers in the step
-    const double *start; // [3] Pa, Biot stress before the step
-    double share;        // of the end of the step
-} nmm_mean;
-
-/// The same for a whole step, eq. (4.13): the mean of the Biot stresses at both ends, turned as the
-/// element is half way. Such forces have no moment about the places half way.
-void nmm_element_mean_pull(const nmm_model *model, nmm_elastic elastic, const double initial[3],
-                           int e, const double d[6], const nmm_mean *mean, double piola[4],
-                           double force[6]);
+/// Fills the elements first .. end - 1 at state->displacement, several at a time;
+/// elastic[n_material]. Means, eq. (4.13): of the Biot stresses at both ends, turned as the element
+/// is half way; such forces have no moment about the places half way.
+void nmm_inner_fill(const nmm_model *model, const nmm_state *state, const nmm_elastic *elastic,
+                    const nmm_inner *inner, int first, int end);
 
 /// What the stiffness of an element needs, computed once per pass, eq. (3.10): K_ij of the element
 /// is  a (g_i . g_j) I + b q_i q_j^T + t p_i p_j^T  with q_i = R g_i, p_i = q_i turned by 90

@@ -71,8 +71,8 @@ static double unbalance_allowed(const nmm_sim *sim, double h) {
         sum += x * x + y * y;
     }
     // A gap is a difference of places.
-    const double place = sim->system.contact_stiffness * sim->model.height;
-    sum += place * place;
+    const double height = sim->model.height;
+    sum += nmm_max(0, sim->system.contact_squares) * height * height;
     return sim->settings.tolerance * sim->system.force_scale + DBL_EPSILON * sqrt(sum);
 }
 

@@ -2,9 +2,10 @@
 //
 // Matrix of one pass: a Newton matrix, which need not be that of the very place. Elements, inertia
 // and supports are added up once and kept, by entry of the constant pattern; each contact is kept
-// as a spring, frozen when its mode was last another one. A pass then makes anew only the rows of
-// contacts that changed mode. Both halves of the matrix come from the same springs, so that it
-// stays symmetric. Rows gather in a fixed order. Equations (4.x) of docs/theory/4-time.md.
+// as a spring, frozen when its mode was last another one. To make all of it, rows gather from
+// elements and springs in a fixed order; between, only springs whose contacts changed mode are
+// taken out and put in. What that leaves behind by rounding goes with the next full matrix, at the
+// start of a step at the latest. Equations (4.x) of docs/theory/4-time.md.
 
 #include "system.h"
 
@@ -67,46 +68,80 @@ static void base_row(nmm_system *system, const nmm_model *model, int c, double i
     add_supports(system, model, c);
 }
 
+// Held unknowns leave the system: their couplings vanish, their diagonal stays as a scale.
+static void remove_held(nmm_system *system, int c) {
+    for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++) {
+        double *block = system->base_value + 4 * (long)k;
+        const int col = system->base_col[k];
+        for (int x = 0; x < 4; x++) {
+            const bool row_held = system->fixed[c] >> (x / 2) & 1;
+            const bool col_held = system->fixed[col] >> (x % 2) & 1;
+            const bool diagonal = col == c && x / 2 == x % 2;
+            if ((row_held || col_held) && !diagonal) block[x] = 0;
+        }
+    }
+}
+
 // --- Contacts
 
-static void make_spring(nmm_spring *spring, const nmm_model *model, const nmm_state *state,
-                        const nmm_contact *contact, bool swapped) {
-    const nmm_contact_row row = nmm_contact_row_of(model, state, contact);
-    for (int i = 0; i < 6; i++) {
-        const int from = swapped ? (i + 3) % 6 : i;
-        memcpy(spring->normal[i], row.normal[from], sizeof row.normal[from]);
-        memcpy(spring->shear[i], row.shear[from], sizeof row.shear[from]);
+static void hold_spring(nmm_spring *spring, const unsigned char *fixed, const int cover[6]) {
+    for (int i = 0; i < 12; i++) {
+        if (!(fixed[cover[i / 2]] >> i % 2 & 1)) continue;
+        spring->normal[i / 2][i % 2] = 0;
+        spring->shear[i / 2][i % 2] = 0;
     }
+}
+
+// The spring at place p of the couples' order, of couple q. Held unknowns do not feel it.
+static void make_spring(nmm_system *system, const nmm_model *model, const nmm_state *state, int q,
+                        int p) {
+    nmm_spring *spring = &system->spring[p];
+    const int k = system->couples.order[p] / 2, swapped = 3 * (system->couples.order[p] % 2);
+    const nmm_contact *contact = &state->contact[k];
+    const nmm_contact_row row = nmm_contact_row_of(model, state, contact);
+    const size_t half = sizeof row.normal / 2;
+    memcpy(spring->normal[0], row.normal[swapped], half);
+    memcpy(spring->normal[3], row.normal[3 - swapped], half);
+    memcpy(spring->shear[0], row.shear[swapped], half);
+    memcpy(spring->shear[3], row.shear[3 - swapped], half);
     spring->normal_stiffness = contact->normal_stiffness;
     spring->shear_stiffness = contact->mode == NMM_CONTACT_STICK ? contact->shear_stiffness : 0;
+    if (system->fixed == NULL) return;
+    int cover[6];
+    nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
+    hold_spring(spring, system->fixed, cover);
 }
 
-// Springs of couple q whose contacts changed mode, or all of them; marks the couple.
-static void make_springs(nmm_system *system, const nmm_model *model, const nmm_state *state, int q,
-                         bool anew) {
-    nmm_couples *couples = &system->couples;
-    couples->old[q] = anew;
+// All springs of couple q.
+static void make_springs(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                         int q) {
+    const nmm_couples *couples = &system->couples;
     for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-        const int k = couples->order[p] / 2;
-        const unsigned char mode = (unsigned char)state->contact[k].mode;
-        if (!anew && mode == system->spring_mode[p]) continue;
-        system->spring_mode[p] = mode;
-        couples->old[q] = true;
-        if (mode == NMM_CONTACT_OPEN) continue;
-        make_spring(&system->spring[p], model, state, &state->contact[k], couples->order[p] % 2);
+        system->spring_mode[p] = system->mode[couples->order[p] / 2];
+        if (system->spring_mode[p] != NMM_CONTACT_OPEN) make_spring(system, model, state, q, p);
     }
 }
 
-// Adds row i of one spring to sum[6][2][2].
-static void add_spring(const nmm_spring *spring, int i, double *restrict sum) {
+// Adds the two rows of cover i of one spring to row[2][6][2].
+static void add_spring(const nmm_spring *spring, int i, double *restrict row) {
     const double kn = spring->normal_stiffness, ks = spring->shear_stiffness;
-    const double across[2] = {kn * spring->normal[i][0], kn * spring->normal[i][1]};
-    const double along[2] = {ks * spring->shear[i][0], ks * spring->shear[i][1]};
+    const double *normal = spring->normal[0], *shear = spring->shear[0];
+    for (int x = 0; x < 2; x++) {
+        const double across = kn * normal[2 * i + x], along = ks * shear[2 * i + x];
+        for (int j = 0; j < 12; j++)
+            row[12 * x + j] += across * normal[j] + along * shear[j];
+    }
+}
+
+// Adds row[2][6][2] to row i of couple q in the matrix.
+static void put_row(nmm_system *system, int q, int i, const double *row) {
+    const int *slot = system->couples.slot + 36 * (long)q + 6 * (long)i;
     for (int j = 0; j < 6; j++) {
-        for (int x = 0; x < 4; x++) {
-            sum[4 * j + x] +=
-                across[x / 2] * spring->normal[j][x % 2] + along[x / 2] * spring->shear[j][x % 2];
-        }
+        double *block = system->K.value + 4 * (long)slot[j];
+        block[0] += row[2 * j];
+        block[1] += row[2 * j + 1];
+        block[2] += row[12 + 2 * j];
+        block[3] += row[12 + 2 * j + 1];
     }
 }
 
@@ -115,55 +150,50 @@ static void add_couples(nmm_system *system, int c) {
     const nmm_couples *couples = &system->couples;
     for (int k = couples->cover_start[c]; k < couples->cover_start[c + 1]; k++) {
         const int q = couples->cover_couple[k] / 6, i = couples->cover_couple[k] % 6;
-        double sum[24] = {0};
+        double row[24] = {0};
         bool any = false;
         for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
             if (system->spring_mode[p] == NMM_CONTACT_OPEN) continue;
-            add_spring(&system->spring[p], i, sum);
+            add_spring(&system->spring[p], i, row);
             any = true;
         }
-        if (!any) continue;
-        const int *slot = couples->slot + 36 * (long)q + 6 * (long)i;
-        for (int j = 0; j < 6; j++) {
-            double *block = system->K.value + 4 * (long)slot[j];
-            for (int x = 0; x < 4; x++)
-                block[x] += sum[4 * j + x];
+        if (any) put_row(system, q, i, row);
+    }
+}
+
+// Puts the spring at place p of couple q in (sign 1) or takes it out (sign -1).
+static void change_spring(nmm_system *system, int q, int p, double sign) {
+    if (system->spring_mode[p] == NMM_CONTACT_OPEN) return;
+    nmm_spring spring = system->spring[p];
+    system->contact_squares += sign * spring.normal_stiffness * spring.normal_stiffness;
+    spring.normal_stiffness *= sign;
+    spring.shear_stiffness *= sign;
+    for (int i = 0; i < 6; i++) {
+        double row[24] = {0};
+        add_spring(&spring, i, row);
+        put_row(system, q, i, row);
+    }
+}
+
+// Serial: few change, and two of them may meet in one block.
+static bool change_springs(nmm_system *system, const nmm_model *model, const nmm_state *state) {
+    const nmm_couples *couples = &system->couples;
+    bool changed = false;
+    for (int q = 0; q < couples->n; q++) {
+        for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
+            const unsigned char mode = system->mode[couples->order[p] / 2];
+            if (mode == system->spring_mode[p]) continue;
+            change_spring(system, q, p, -1);
+            system->spring_mode[p] = mode;
+            if (mode != NMM_CONTACT_OPEN) make_spring(system, model, state, q, p);
+            change_spring(system, q, p, 1);
+            changed = true;
         }
     }
+    return changed;
 }
 
-static bool has_old_couple(const nmm_couples *couples, int c) {
-    for (int k = couples->cover_start[c]; k < couples->cover_start[c + 1]; k++) {
-        if (couples->old[couples->cover_couple[k] / 6]) return true;
-    }
-    return false;
-}
-
-// Where forces are uncertain by rounding: a gap is a difference of places.
-static double closed_stiffness(const nmm_system *system) {
-    double sum = 0;
-    for (int p = 0; p < system->couples.n_contact; p++) {
-        const double kn = system->spring[p].normal_stiffness;
-        if (system->spring_mode[p] != NMM_CONTACT_OPEN) sum += kn * kn;
-    }
-    return sqrt(sum);
-}
-
-// --- Rows
-
-// Held unknowns leave the system: their couplings vanish, their diagonal stays as a scale.
-static void remove_held(nmm_system *system, int c) {
-    nmm_bsr *K = &system->K;
-    for (int k = K->row_start[c]; k < K->row_start[c + 1]; k++) {
-        double *block = K->value + 4 * (long)k;
-        for (int x = 0; x < 4; x++) {
-            const bool row_held = system->fixed[c] >> (x / 2) & 1;
-            const bool col_held = system->fixed[K->col[k]] >> (x % 2) & 1;
-            const bool diagonal = K->col[k] == c && x / 2 == x % 2;
-            if ((row_held || col_held) && !diagonal) block[x] = 0;
-        }
-    }
-}
+// --- All
 
 static void fill_row(nmm_system *system, int c) {
     nmm_bsr *K = &system->K;
@@ -173,29 +203,33 @@ static void fill_row(nmm_system *system, int c) {
     for (long k = system->base_start[c]; k < system->base_start[c + 1]; k++)
         memcpy(K->value + 4 * (long)system->place[k], system->base_value + 4 * k, block);
     add_couples(system, c);
-    if (system->fixed != NULL) remove_held(system, c);
+}
+
+static void make_all(const nmm_context *context, nmm_system *system, const nmm_model *model,
+                     const nmm_state *state, double h) {
+    const int n_thread = context->n_thread, n = model->n_cover, n_couple = system->couples.n;
+    const double inertia = 2 / (h * h) + 2 * system->damping / h;
+    stiffness_pass(system, model, state, n_thread);
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_couple > 1024)
+    for (int q = 0; q < n_couple; q++)
+        make_springs(system, model, state, q);
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
+    for (int c = 0; c < n; c++) {
+        base_row(system, model, c, inertia);
+        if (system->fixed != NULL) remove_held(system, c);
+        fill_row(system, c);
+    }
+    system->contact_squares = 0;
+    for (int k = 0; k < state->n_contact; k++) {
+        const double kn = state->contact[k].normal_stiffness;
+        if (system->mode[k] != NMM_CONTACT_OPEN) system->contact_squares += kn * kn;
+    }
 }
 
 bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, double h, bool anew) {
-    const int n_thread = context->n_thread, n = model->n_cover, n_couple = system->couples.n;
-    const double inertia = 2 / (h * h) + 2 * system->damping / h;
-    const bool all = anew || !system->made;
-    bool changed = all;
-    if (all) stiffness_pass(system, model, state, n_thread);
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_couple > 1024)
-    for (int q = 0; q < n_couple; q++)
-        make_springs(system, model, state, q, all);
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)      \
-    reduction(||                                                                                   \
-              : changed)
-    for (int c = 0; c < n; c++) {
-        if (!all && !has_old_couple(&system->couples, c)) continue;
-        if (all) base_row(system, model, c, inertia);
-        fill_row(system, c);
-        changed = true;
-    }
-    system->contact_stiffness = closed_stiffness(system);
+    if (!anew && system->made) return change_springs(system, model, state);
+    make_all(context, system, model, state, h);
     system->made = true;
-    return changed;
+    return true;
 }

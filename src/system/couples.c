@@ -129,11 +129,10 @@ nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const 
 
 void nmm_couples_destroy(nmm_context *context, nmm_couples *couples) {
     void *owned[] = {
-        &couples->identity,     &couples->order,         &couples->by_edge,
-        &couples->key,          &couples->element,       &couples->start,
-        &couples->slot,         &couples->vertex_start,  &couples->old,
-        &couples->edge_start,   &couples->element_start, &couples->cover_start,
-        &couples->cover_couple,
+        &couples->identity,      &couples->order,        &couples->by_edge,
+        &couples->key,           &couples->element,      &couples->start,
+        &couples->slot,          &couples->vertex_start, &couples->edge_start,
+        &couples->element_start, &couples->cover_start,  &couples->cover_couple,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);
@@ -160,10 +159,9 @@ nmm_status nmm_couples_list(nmm_context *context, nmm_couples *couples, const nm
     couples->n_contact = n;
     if (*change != NMM_COUPLES_CHANGED) return NMM_OK;
     const int capacity = couples->capacity;
-    int room[3] = {capacity, capacity, capacity};
+    int room[2] = {capacity, capacity};
     TRY(nmm_grow(context, &couples->slot, &room[0], couples->n, 36 * sizeof(int)));
     TRY(nmm_grow(context, &couples->cover_couple, &room[1], couples->n, 6 * sizeof(int)));
-    TRY(nmm_grow(context, &couples->old, &room[2], couples->n, 1));
     couples->capacity = room[0];
     list_covers(couples, model);
     return NMM_OK;

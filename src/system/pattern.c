@@ -206,7 +206,7 @@ void nmm_system_destroy(nmm_context *context, nmm_system *system) {
         &system->acceleration, &system->load,          &system->support_force,
         &system->pull,         &system->edge_force,    &system->contact_force,
         &system->scale,        &system->stiffness,     &system->base_value,
-        &system->spring,       &system->spring_mode,
+        &system->spring,       &system->mode,          &system->spring_mode,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);
@@ -307,10 +307,13 @@ static void place_couple(nmm_system *system, const nmm_model *model, int q) {
 }
 
 static nmm_status grow_springs(nmm_context *context, nmm_system *system, int n) {
-    int capacity[3] = {system->spring_capacity, system->spring_capacity, system->spring_capacity};
+    int capacity[4];
+    for (int i = 0; i < 4; i++)
+        capacity[i] = system->spring_capacity;
     TRY(nmm_grow(context, &system->spring, &capacity[0], n, sizeof(nmm_spring)));
     TRY(nmm_grow(context, &system->spring_mode, &capacity[1], n, 1));
     TRY(nmm_grow(context, &system->pull, &capacity[2], n, 6 * sizeof(double)));
+    TRY(nmm_grow(context, &system->mode, &capacity[3], n, 1));
     system->spring_capacity = capacity[0];
     return NMM_OK;
 }

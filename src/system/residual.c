@@ -79,35 +79,20 @@ nmm_vec2 nmm_support_reaction(const nmm_model *model, const nmm_state *state, in
 
 // --- Parts
 
-// The same as means over the step.
-static void mean_pull(nmm_system *system, const nmm_model *model, const nmm_state *state,
-                      const nmm_step_state *step, int e, const double d[6]) {
-    nmm_mean mean = {.start = system->start_stress + 3 * (long)e, .share = system->share};
-    for (int i = 0; i < 6; i++)
-        mean.way[i] = step->moved[2 * model->element_cover[3 * e + i / 2] + i % 2];
-    nmm_element_mean_pull(model, system->elastic[model->element_material[e]],
-                          state->initial_stress + 3 * (long)e, e, d, &mean,
-                          system->piola + 4 * (long)e, system->element_force + 6 * (long)e);
-}
-
-// Stress and inner forces of each element, eq. (3.8).
+// Stress and inner forces of each element, eq. (3.8), by chunks.
 static void elements_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
                           const nmm_step_state *step, int n_thread) {
-    const int n = model->n_element;
+    enum { CHUNK = 256 };
+    const int n = model->n_element, n_chunk = (n + CHUNK - 1) / CHUNK;
+    const nmm_inner inner = {.piola = system->piola,
+                             .force = system->element_force,
+                             .start = system->start_stress,
+                             .moved = step->moved,
+                             .share = system->share};
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
-    for (int e = 0; e < n; e++) {
-        const int *cover = model->element_cover + 3 * (long)e;
-        const double *u = state->displacement + 2 * (long)cover[0];
-        const double *v = state->displacement + 2 * (long)cover[1];
-        const double *w = state->displacement + 2 * (long)cover[2];
-        const double d[6] = {u[0], u[1], v[0], v[1], w[0], w[1]};
-        if (system->start_stress != NULL) {
-            mean_pull(system, model, state, step, e, d);
-            continue;
-        }
-        nmm_element_pull(model, system->elastic[model->element_material[e]],
-                         state->initial_stress + 3 * (long)e, e, d, system->piola + 4 * (long)e,
-                         system->element_force + 6 * (long)e);
+    for (int k = 0; k < n_chunk; k++) {
+        const int first = k * CHUNK, end = nmm_min_int(n, first + CHUNK);
+        nmm_inner_fill(model, state, system->elastic, &inner, first, end);
     }
 }
 
@@ -168,7 +153,8 @@ static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int k = 0; k < n; k++) {
         double *pull = system->pull + 6 * (long)k;
-        if (state->contact[k].mode == NMM_CONTACT_OPEN)
+        system->mode[k] = (unsigned char)state->contact[k].mode;
+        if (system->mode[k] == NMM_CONTACT_OPEN)
             memset(pull, 0, 6 * sizeof *pull);
         else
             nmm_contact_pull(model, state, &state->contact[k], pull);

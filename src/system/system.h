@@ -36,7 +36,6 @@ typedef struct nmm_couples {
     int *element; // [n][2] first element <= second
     int *start;   // [n + 1] first contact in `order`
     int *slot;    // [n][6][6] entry of K for the covers of both elements
-    bool *old;    // [n] a contact of the couple changed mode since the matrix was made
 
     int *vertex_start;  // [n_vertex + 1] first contact of a vertex
     int *edge_start;    // [n_vertex + 1] first entry of an edge in by_edge
@@ -86,6 +85,7 @@ typedef struct nmm_system {
     double *acceleration;  // [n_cover][2] m/s2, damping included
     double *load;          // [n_cover][2] N
     double *support_force; // [n_support][2] N
+    unsigned char *mode;   // [n_contact] nmm_contact_mode
     double *pull;          // [n_contact][3][2] N on the vertex and on the ends of the edge
     double *edge_force;    // [n_vertex][2][2] N, contact forces on the ends of a loop edge
     double *contact_force; // [n_cover][2] N
@@ -98,7 +98,7 @@ typedef struct nmm_system {
     unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
     bool made;                  // K was made for the contacts as they are listed
     int spring_capacity;
-    double contact_stiffness; // [N/m] root of the sum of squares over closed contacts
+    double contact_squares; // [N2/m2] sum of squares of the normal stiffness of closed contacts
 } nmm_system;
 
 /// The step that the residual belongs to.
@@ -128,9 +128,9 @@ void nmm_system_load(nmm_system *system, const nmm_model *model, double time);
 void nmm_system_residual(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, const nmm_step_state *step);
 
-/// system->K at the same configuration. Not `anew`: elements, and contacts that did not change
-/// mode, stay as they were when they were last taken, in the same step and pattern: a Newton matrix
-/// of a place near by. Returns whether any value changed.
+/// system->K at the configuration of the last residual. Not `anew`: elements, and contacts that did
+/// not change mode, stay as they were when they were last taken, in the same step and pattern: a
+/// Newton matrix of a place near by. Returns whether any value changed.
 bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, double h, bool anew);
 

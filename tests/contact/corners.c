@@ -466,6 +466,36 @@ static void test_edge_without_length(void **unused) {
     bodies_close(&b);
 }
 
+// A box pressed flat on the ground, then tipped over its left corner, which stays as deep as it
+// was. An edge of a tenth of a micrometre at that corner points anywhere: the box is carried all
+// the way.
+static void test_tiny_edge_at_corner(void **unused) {
+    (void)unused;
+    const double pi = 3.14159265358979323846;
+    for (int k = 0; k < 16; k++) {
+        const double angle = pi * k / 8, tiny = 1e-7, deep = 1e-5;
+        const nmm_vec2 ground[4] = BOX(-3, -2, 3, 0);
+        const nmm_vec2 tipped[5] = {
+            {-1, 0}, {-1 + tiny * cos(angle), tiny * sin(angle)}, {1, 0}, {1, 1}, {-1, 1}};
+        const loop loops[2] = {{0, 4, ground}, {1, 5, tipped}};
+        bodies b = {0};
+        assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+        for (int i = 0; i <= 40; i++) {
+            const double turn = 0.01 * i;
+            const double *centre = b.model.element_centre + 2;
+            const double rx = -1 - centre[0], ry = -centre[1];
+            const double x = rx - (cos(turn) * rx - sin(turn) * ry);
+            const double y = ry - (sin(turn) * rx + cos(turn) * ry);
+            bodies_find(&b, 0.1);
+            bodies_put(&b, 1, x, y - deep, turn);
+            bodies_evaluate(&b);
+            bodies_commit(&b, NULL);
+            assert_true(bodies_force(&b, 1, 0).y > 0.3 * 1e10 * 0.5 * deep);
+        }
+        bodies_close(&b);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_corner_over_corner),
@@ -487,6 +517,7 @@ int main(void) {
         cmocka_unit_test(test_no_self_contact),
         cmocka_unit_test(test_block_in_hole),
         cmocka_unit_test(test_edge_without_length),
+        cmocka_unit_test(test_tiny_edge_at_corner),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

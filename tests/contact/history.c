@@ -58,6 +58,26 @@ static void test_sticking_over_a_seam(void **unused) {
     }
 }
 
+// The same where the seam is a tiny edge, which has no contacts of its own.
+static void test_sticking_over_a_tiny_edge(void **unused) {
+    (void)unused;
+    static const nmm_vec2 side[6] = {{-2, -2}, {2, -2}, {2, 0}, {1e-7, 0}, {0, 0}, {-2, 0}};
+    for (int way = -1; way <= 1; way += 2) {
+        const loop loops[2] = {{0, 6, side}, {1, 3, tip}};
+        bodies b = {0};
+        assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+        bodies_put(&b, 1, -5e-6 * way, 0, 0);
+        bodies_find(&b, 0.01);
+        accept_at(&b, -5e-6 * way, -1e-5, NULL);
+        accept_at(&b, 5e-6 * way, -1e-5, NULL);
+        find_and_compare(&b, 0.01, 1e-9);
+        assert_int_equal(b.state.n_contact, 1);
+        assert_int_equal(b.state.contact[0].edge, way > 0 ? 2 : 4);
+        assert_int_equal(b.state.contact[0].mode, NMM_CONTACT_STICK);
+        bodies_close(&b);
+    }
+}
+
 static void test_sliding_over_a_seam(void **unused) {
     (void)unused;
     bodies b = tip_at(-0.05, 0);
@@ -275,6 +295,7 @@ static void test_bonds_are_not_doubled(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sticking_over_a_seam),
+        cmocka_unit_test(test_sticking_over_a_tiny_edge),
         cmocka_unit_test(test_sliding_over_a_seam),
         cmocka_unit_test(test_broken_over_a_seam),
         cmocka_unit_test(test_not_round_a_corner),
