@@ -120,8 +120,12 @@ static nmm_status find_contacts(nmm_sim *sim, double h) {
         const bool free = sim->settings.is_static;
         const double expected = free ? sim->allowed : 1.5 * h * sim->speed + 0.02 * sim->model.size;
         sim->allowed_now = nmm_min(sim->allowed, expected);
-        TRY(nmm_contact_find(&sim->context, sim->search, &sim->model, &sim->state,
-                             2 * sim->allowed_now + deepest_overlap(sim)));
+        // In steps of a quarter, so that the list does not change with each change of the speed.
+        const double wish = 2 * sim->allowed_now + deepest_overlap(sim);
+        double reach = 0.04 * sim->model.size;
+        while (reach < wish)
+            reach *= 1.25;
+        TRY(nmm_contact_find(&sim->context, sim->search, &sim->model, &sim->state, reach));
         if (sim->state.step == 0) {
             sim->contact_energy.elastic = nmm_contact_stored(sim->search, &sim->state);
         }

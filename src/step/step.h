@@ -17,7 +17,7 @@
 #define NMM_OVERSHOOT 0.3
 
 /// How far covers may go at most, as a part of their size, before all of the matrix is made anew.
-#define NMM_DRIFT 1e-3
+#define NMM_DRIFT 1e-2
 
 /// Limits of one step.
 enum {
@@ -68,7 +68,8 @@ struct nmm_sim {
 
     nmm_mixing mixing; // of the passes; open where there is contact
 
-    double speed; // [m/s] largest motion of a point in the last step
+    double rounding; // [N] what rounding leaves of the forces, at the last matrix
+    double speed;    // [m/s] largest motion of a point in the last step
 
     // The state at the start of the step, to go back to.
     double *start_displacement, *start_velocity; // [n_cover][2]

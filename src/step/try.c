@@ -53,9 +53,8 @@ static nmm_status open_solver(nmm_sim *sim) {
     return sim->backend->open(&sim->context, &sim->solver, sim->solver_rows, sim->solver_blocks);
 }
 
-// Norm of the unbalanced forces at which a step is settled, eq. (4.5): the tolerance asked for, or
-// what rounding leaves where the forces themselves vanish next to those that make them up.
-static double unbalance_allowed(const nmm_sim *sim, double h) {
+// What rounding leaves of the forces, next to those that make them up [N]; of one pass.
+static double rounding_of(const nmm_sim *sim, double h) {
     const nmm_bsr *K = &sim->system.K;
     double sum = 0;
     for (int c = 0; c < K->n_row; c++) {
@@ -73,10 +72,16 @@ static double unbalance_allowed(const nmm_sim *sim, double h) {
     // A gap is a difference of places.
     const double height = sim->model.height;
     sum += nmm_max(0, sim->system.contact_squares) * height * height;
-    return sim->settings.tolerance * sim->system.force_scale + DBL_EPSILON * sqrt(sum);
+    return DBL_EPSILON * sqrt(sum);
 }
 
-static nmm_solve_options solve_options(const nmm_sim *sim, double h, int pass) {
+// Norm of the unbalanced forces at which a step is settled, eq. (4.5): the tolerance asked for, or
+// what rounding leaves where the forces themselves vanish.
+static double unbalance_allowed(const nmm_sim *sim) {
+    return sim->settings.tolerance * sim->system.force_scale + sim->rounding;
+}
+
+static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
     const nmm_scene_settings *settings = &sim->settings;
     static const nmm_solve_blocks blocks[] = {
         [NMM_SCENE_BLOCKS_AUTO] = NMM_BLOCKS_AUTO,
@@ -96,7 +101,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, double h, int pass) {
         .reuse = pass > 0,
         .tolerance = settings->solver_tolerance,
         // Later passes solve for small corrections: no need to go far below the balance asked for.
-        .absolute = 0.2 * unbalance_allowed(sim, h),
+        .absolute = 0.2 * unbalance_allowed(sim),
         .stop_average_change = settings->stop == NMM_STOP_AVERAGE_CHANGE,
         .jacobi_damping = settings->jacobi_damping,
         .sor_factor = settings->sor_factor,
@@ -136,10 +141,11 @@ static nmm_status solve_pass(nmm_sim *sim, double h, int pass, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
     nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
+    sim->rounding = rounding_of(sim, h);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     TRY(open_solver(sim));
     guess_change(sim, h, pass);
-    const nmm_solve_options options = solve_options(sim, h, pass);
+    const nmm_solve_options options = solve_options(sim, pass);
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
     TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
                             system->change, system->keep_pattern, &options, report));
@@ -245,7 +251,7 @@ static double drift_allowed(const nmm_sim *sim, double h) {
     double slowest, fastest;
     wave_squares(sim, &slowest, &fastest);
     const double wave = h * sqrt(fastest) / sim->model.size;
-    return sim->model.size * nmm_min(NMM_DRIFT, 10 * NMM_DRIFT / wave);
+    return sim->model.size * NMM_DRIFT * nmm_min(1, 1 / wave);
 }
 
 // Raise the carried forces of supports, eq. (4.7), and of augmented contacts that gave way;
@@ -316,7 +322,7 @@ typedef enum judgement { SOLVE_ON, LOOK_AGAIN, TRY_ENDED } judgement;
 static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
     p->unbalance[p->n] = unbalance(sim);
     if (p->n == 0) return SOLVE_ON;
-    if (p->unbalance[p->n] <= unbalance_allowed(sim, step->h)) {
+    if (p->unbalance[p->n] <= unbalance_allowed(sim)) {
         *outcome = NMM_TRY_SETTLED;
         const bool broke = nmm_contact_break(&sim->model, &sim->state) > 0;
         if (!broke && p->raised >= NMM_MAX_RAISE) {

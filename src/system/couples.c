@@ -2,7 +2,8 @@
 //
 // Contacts by couples of elements. All contacts between the same two elements act on the same six
 // covers, so the pattern of the matrix, and where their springs go, is a matter of couples: there
-// are fewer of them than of contacts, and they change less often.
+// are fewer of them than of contacts, and they change less often. A few may be left without
+// contacts, so that the pattern stays.
 //
 // Everything is sorted by counting, in O(contacts + elements). These loops stay serial: they run
 // once a step at most, and take less time than the search that brings the contacts.
@@ -69,29 +70,54 @@ static void take_keys(nmm_couples *couples, const nmm_model *model, const nmm_st
     }
 }
 
-// Contacts of the same elements follow each other in `order`: to couples. Returns whether they are
-// those of before.
-static bool number_couples(nmm_couples *couples, const nmm_model *model, int n_contact) {
-    const int before = couples->n;
-    bool same = true;
+static int compare_keys(const int *a, const int *b) {
+    if (a[0] != b[0]) return a[0] < b[0] ? -1 : 1;
+    return (a[1] > b[1]) - (a[1] < b[1]);
+}
+
+// Are all contacts, in their order, of couples that are listed already, and few of these without
+// any? Then the couples stay, and the pattern with them.
+static bool fit_couples(const nmm_couples *couples, int n_contact) {
+    int q = -1, n_used = 0;
+    for (int p = 0; p < n_contact; p++) {
+        const int *key = couples->key + 2 * (long)couples->order[p];
+        if (q >= 0 && compare_keys(couples->element + 2 * (long)q, key) == 0) continue;
+        q += 1;
+        while (q < couples->n && compare_keys(couples->element + 2 * (long)q, key) < 0)
+            q += 1;
+        if (q >= couples->n || compare_keys(couples->element + 2 * (long)q, key) != 0) return false;
+        n_used += 1;
+    }
+    return n_used >= couples->n - couples->n / 8;
+}
+
+// Contacts of the same elements follow each other in `order`: one couple each.
+static void number_couples(nmm_couples *couples, int n_contact) {
     int n = 0;
     for (int p = 0; p < n_contact; p++) {
-        const int k = couples->order[p];
-        const int *key = couples->key + 2 * (long)k;
-        const int *last = couples->element + 2 * (long)nmm_max_int(0, n - 1);
-        if (n == 0 || key[0] != last[0] || key[1] != last[1]) {
-            int *element = couples->element + 2 * (long)n;
-            same = same && n < before && element[0] == key[0] && element[1] == key[1];
-            element[0] = key[0];
-            element[1] = key[1];
-            couples->start[n++] = p;
-        }
-        const int of_vertex = model->edge_element[couples->identity[2 * k]];
-        couples->order[p] = 2 * k + (of_vertex != key[0]);
+        const int *key = couples->key + 2 * (long)couples->order[p];
+        int *element = couples->element + 2 * (long)n;
+        if (n > 0 && compare_keys(element - 2, key) == 0) continue;
+        memcpy(element, key, 2 * sizeof *key);
+        n += 1;
     }
-    couples->start[n] = n_contact;
     couples->n = n;
-    return same && n == before;
+}
+
+// Where the contacts of each couple begin, and on which side of it their vertices are.
+static void start_couples(nmm_couples *couples, const nmm_model *model, int n_contact) {
+    int p = 0;
+    for (int q = 0; q < couples->n; q++) {
+        const int *element = couples->element + 2 * (long)q;
+        couples->start[q] = p;
+        for (; p < n_contact; p++) {
+            const int k = couples->order[p];
+            if (compare_keys(couples->key + 2 * (long)k, element) != 0) break;
+            const int of_vertex = model->edge_element[couples->identity[2 * k]];
+            couples->order[p] = 2 * k + (of_vertex != element[0]);
+        }
+    }
+    couples->start[couples->n] = n_contact;
 }
 
 // Couples by cover, ascending.
@@ -155,9 +181,12 @@ nmm_status nmm_couples_list(nmm_context *context, nmm_couples *couples, const nm
     int *second = couples->start;
     sort_by_key(n, NULL, key + 1, model->n_element, couples->element_start, second);
     sort_by_key(n, second, key, model->n_element, couples->element_start, couples->order);
-    *change = number_couples(couples, model, n) ? NMM_CONTACTS_CHANGED : NMM_COUPLES_CHANGED;
+    const bool fit = couples->n >= 0 && fit_couples(couples, n);
+    if (!fit) number_couples(couples, n);
+    start_couples(couples, model, n);
     couples->n_contact = n;
-    if (*change != NMM_COUPLES_CHANGED) return NMM_OK;
+    *change = fit ? NMM_CONTACTS_CHANGED : NMM_COUPLES_CHANGED;
+    if (fit) return NMM_OK;
     const int capacity = couples->capacity;
     int room[2] = {capacity, capacity};
     TRY(nmm_grow(context, &couples->slot, &room[0], couples->n, 36 * sizeof(int)));

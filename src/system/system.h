@@ -32,10 +32,10 @@ typedef struct nmm_couples {
     int *by_edge;  // [n_contact] contacts by their edge, ascending
     int *key;      // [n_contact][2] elements, smaller number first; scratch
 
-    int n, capacity;
-    int *element; // [n][2] first element <= second
-    int *start;   // [n + 1] first contact in `order`
-    int *slot;    // [n][6][6] entry of K for the covers of both elements
+    int n, capacity; // few of them without contacts
+    int *element;    // [n][2] first element <= second
+    int *start;      // [n + 1] first contact in `order`
+    int *slot;       // [n][6][6] entry of K for the covers of both elements
 
     int *vertex_start;  // [n_vertex + 1] first contact of a vertex
     int *edge_start;    // [n_vertex + 1] first entry of an edge in by_edge
@@ -137,7 +137,7 @@ bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const n
 /// What a new list of contacts means for the couples.
 typedef enum nmm_couples_change {
     NMM_COUPLES_KEPT,     // the same contacts
-    NMM_CONTACTS_CHANGED, // other contacts of the same couples
+    NMM_CONTACTS_CHANGED, // other contacts of couples that are listed
     NMM_COUPLES_CHANGED,
 } nmm_couples_change;
 
