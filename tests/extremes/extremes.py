@@ -10,7 +10,9 @@ the relative error; its decimal digits are those that are left. With --book the 
 is put into the document. A row that is known to fail says why, and does not fail the program.
 """
 
+import json
 import math
+import os
 import re
 import sys
 import time
@@ -29,13 +31,12 @@ ANALYSES = {
 
 
 class Table:
-    """Rows of one group."""
+    """Rows of one group: extreme, what, what was measured, ok | known | FAILED, digits, why known."""
 
     def __init__(self, program):
         self.program = program
         self.extreme = ""
         self.rows = []
-        self.n_failed = 0
         self.why_known = None
 
     def head(self, extreme, known=None):
@@ -43,17 +44,14 @@ class Table:
         self.extreme = extreme
         self.why_known = known
 
-    def add(self, what, measured, good):
-        word = "ok" if good else "known" if self.why_known else "FAILED"
-        self.n_failed += word == "FAILED"
-        note = f" ({self.why_known})" if word == "known" else ""
-        self.rows.append((self.extreme, what, measured, "" if good else f"**{word}**{note}"))
-        print(f"{word:6} {self.extreme}: {what}: {measured}{note}", flush=True)
+    def add(self, what, measured, good, digits_left=None):
+        state = "ok" if good else "known" if self.why_known else "FAILED"
+        self.rows.append((self.extreme, what, measured, state, digits_left, self.why_known))
+        print(f"{state:6} {self.extreme}: {what}: {measured}", flush=True)
 
     def error(self, what, error, limit):
         error = abs(error)
-        self.add(what, f"error {error:.1e}, {digits(error):.1f} digits, of {digits(limit):.0f} asked",
-                 error <= limit)
+        self.add(what, f"error {error:.1e}, asked {limit:.0e}", error <= limit, digits(error))
 
     def close(self, what, expected, measured, limit):
         self.error(what, (measured - expected) / expected, limit)
@@ -91,6 +89,9 @@ class Table:
             told = f"status {result.status}: {result.cause}" if not result.completed else "completed"
             self.add(what, told, True)
         return result
+
+    def count(self, state):
+        return sum(row[3] == state for row in self.rows)
 
 
 # --- Scenes
@@ -251,8 +252,8 @@ def at_rest(t, what, scene, ledger=LEDGER):
             t.error(f"{name}: {what}, stress of the blocks at rest", worst, limit)
 
 
-GLOBAL = ("forces are balanced for the scene as a whole; a body whose loads are below `tolerance` times"
-          " the largest is not looked at")
+GLOBAL = ("forces are balanced, and systems solved, for the scene as a whole; a body whose forces are"
+          " below `tolerance` times the largest is not looked at")
 
 
 def test_ratio(t):
@@ -266,6 +267,8 @@ def test_ratio(t):
              "covers": {"size": 0.5}, "analysis": {"tolerance": 1e-12}, "solver": {"tolerance": 1e-14},
              "time": {"dt": 1e4, "end": 2.5e5, "max_move": 1},
              "monitors": [{"name": "soft", "point": [1.1, 2.1]}, {"name": "hard", "point": [3.1, 2.1]}]}
+    t.head(t.extreme, "supports hold the mean of groups of points, exact where the pressure on a group"
+           " is uniform; here it jumps. Errors fall with the cover size")
     for name in ("lattice", "static"):
         result = t.run(name, merge(scene, ANALYSES[name]))
         if result:
@@ -273,6 +276,7 @@ def test_ratio(t):
                     result.monitor("hard", "stress")[1], 1e-5)
             t.close(f"{name}: regions under one strain, stress of the soft one", -1e-3,
                     result.monitor("soft", "stress")[1], 1e-5)
+    t.head(t.extreme)
     for what, order in (("soft on hard", (1e11, 1e3)), ("hard on soft", (1e3, 1e11))):
         at_rest(t, what, change(resting((10, 10), order), gravity=[0, -0.01]), ledger=1e-3)  # strains of 1e-12 have four digits
 
@@ -591,7 +595,44 @@ def test_many(t):
                 result.monitor("top")[1], 0.05)
 
 
+# --- Found
+
+def test_found(t):
+    """Reduced scenes that were answered wrongly when they were found; each is told once mended."""
+    for name, (what, why, judge) in FOUND.items():
+        with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "found", f"{name}.yaml"),
+                  encoding="utf-8") as file:
+            scene = json.load(file)
+        t.head(name, why)
+        result = t.run(what, scene)
+        if result:
+            t.add(what, *judge(result))
+
+
+def falls_side_by_side(result):
+    way = result.monitor("light")[1]
+    return f"{way:.6f} m instead of -4.905000 m", abs(way + 4.905) < 1e-6
+
+
+def strains_side_by_side(result):
+    way = result.monitor("soft")[1]
+    return f"{way:.3e} m instead of -1.000e-04 m", abs(way / -1e-4 - 1) < 1e-3
+
+
+def gains_energy(result):
+    gained, largest = result.most_gained, result.largest_energy
+    return f"{gained:.3g} of {largest:.3g} J came from nowhere", gained < 0.02 * largest
+
+
+FOUND = {
+    "light_beside_heavy": ("free fall of 1 g beside 100 t", GLOBAL, falls_side_by_side),
+    "soft_beside_hard": ("equilibrium of a soft body beside a hard one", GLOBAL, strains_side_by_side),
+    "augmented_gain": ("a moving block between others, penalty 0.19 E, augmented",
+                       "carried contact forces do work that no spring has stored", gains_energy),
+}
+
 GROUPS = {
+    "found": [test_found],
     "materials": [test_moduli, test_ratio, test_density, test_poisson, test_friction],
     "penalty": [test_penalty],
     "scales": [test_units, test_offset],
@@ -604,16 +645,34 @@ GROUPS = {
 }
 
 
-def write_section(path, name, rows):
-    """The table of a group, between its marks in the document."""
-    lines = ["| extreme | what | measured | |", "|---|---|---|---|"]
-    lines += [f"| {' | '.join(row)} |" for row in rows]
+def describe(rows):
+    """One line of the document for an extreme, and a line for each row that is not as it should be."""
+    left = [(row[4], row[1]) for row in rows if row[4] is not None and row[3] == "ok"]
+    least = f"{min(left)[0]:.1f} ({min(left)[1]})" if left else ""
+    causes = sorted({row[2] for row in rows if row[3] == "ok" and row[2].startswith("status")})
+    good = sum(row[3] == "ok" for row in rows)
+    line = f"| {rows[0][0]} | {good} of {len(rows)} | {least} | {'; '.join(causes)} |"
+    bad = [f"- **{row[3]}**, {row[0]}: {row[1]}: {row[2]}." + (f" Why: {row[5]}." if row[5] else "")
+           for row in rows if row[3] != "ok"]
+    return line, bad
+
+
+def write_section(path, name, table):
+    """What a group measured, between its marks in the document."""
+    lines = ["| extreme | rows as they should be | fewest digits left | refused, with the cause |",
+             "|---|---|---|---|"]
+    bad = []
+    for extreme in dict.fromkeys(row[0] for row in table.rows):
+        line, more = describe([row for row in table.rows if row[0] == extreme])
+        lines.append(line)
+        bad += more
     with open(path, encoding="utf-8") as file:
         text = file.read()
     begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
     if begin not in text:
         sys.exit(f"{path}: no {begin}")
-    text = re.sub(f"{begin}.*?{end}", lambda _: "\n".join([begin, *lines, end]), text, flags=re.S)
+    new = "\n".join([begin, "", *lines, "", *bad, *([""] if bad else []), end])
+    text = re.sub(f"{begin}.*?{end}", lambda _: new, text, flags=re.S)
     with open(path, "w", encoding="utf-8") as file:
         file.write(text)
 
@@ -627,13 +686,14 @@ def main(program, *words):
     n_failed = 0
     for name in words or GROUPS:
         table = Table(program)
+        start = time.monotonic()
         for test in GROUPS[name]:
             test(table)
         if book:
-            write_section(book, name, table.rows)
-        n_failed += table.n_failed
-        known = sum("known" in row[3] for row in table.rows)
-        print(f"{name}: {len(table.rows)} rows, {table.n_failed} failed, {known} known")
+            write_section(book, name, table)
+        n_failed += table.count("FAILED")
+        print(f"{name}: {len(table.rows)} rows, {table.count('FAILED')} failed, {table.count('known')} known, "
+              f"{time.monotonic() - start:.0f} s", flush=True)
     sys.exit(n_failed > 0)
 
 

@@ -61,10 +61,10 @@ class Result(dict):
         self.largest_energy = float(numpy.abs(terms).max(initial=self.largest_energy))
         self.most_gained = float(-data[:, names.index("numerical")].min(initial=0))
 
-    def check(self, ledger):
+    def check(self, ledger, floor):
         """What must hold for every run that has results."""
         residual = abs(self["energy"]["residual"])
-        if residual > max(ledger * self.largest_energy, 1e-200):
+        if residual > max(ledger * self.largest_energy, floor):
             raise Fault(f"ledger: residual {residual:.3g} of {self.largest_energy:.3g} J")
         if (self.status == 0) != (self["end"] == "completed"):
             raise Fault(f"status {self.status}, but the end is {self['end']}")
@@ -127,8 +127,9 @@ def start(line, scene, timeout):
     return done
 
 
-def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER):
-    """Run a scene, or only check it. Raises Fault for what no scene may bring about."""
+def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor=1e-200):
+    """Run a scene, or only check it. Raises Fault for what no scene may bring about. A ledger may
+    miss `ledger` of its largest term, or `floor` [J]."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "run.vtkhdf")
         more = ["-q", "--threads", "1", "-o", path] if command == "run" else []
@@ -143,7 +144,7 @@ def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER):
         if command == "run":
             result.largest_energy = kinetic_energy(scene)
             result.read_ledger(path)
-            result.check(ledger)
+            result.check(ledger, floor)
     return result
 
 
