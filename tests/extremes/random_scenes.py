@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Random scenes: each is run for a few steps, and again in other words that must not matter.
 
-    random_scenes.py PROGRAM SEED COUNT [--keep FOLDER]
+    random_scenes.py PROGRAM SEED COUNT [--keep FOLDER] [--seconds S]
     random_scenes.py PROGRAM --scene SEED
 
 Scene k of a run has the seed SEED + k: domains that joints and joint sets cut, walls and heaps of
@@ -14,7 +14,8 @@ backwards: all monitors must move as the scene does.
 
 Where they do not, places are multiplied by 1 + 1e-8: a scene that answers this with a difference as
 large decides something at a rounding, and is counted as sensitive, which is no finding. Findings of
-a known kind are counted as known. --keep writes the scenes with findings of either kind.
+a known kind are counted as known. --keep writes the scenes with findings of either kind; --seconds
+begins no scene after that time.
 """
 
 import collections
@@ -369,10 +370,13 @@ def main(program, *words):
     if words[0] == "--scene":
         return show(program, int(words[1]))
     first, count = int(words[0]), int(words[1])
-    keep = words[3] if len(words) > 3 and words[2] == "--keep" else None
+    options = dict(zip(words[2::2], words[3::2]))
+    keep, limit = options.get("--keep"), float(options.get("--seconds", math.inf))
     ends, kinds, scenes = collections.Counter(), collections.Counter(), collections.Counter()
     start = time.monotonic()
     for seed in range(first, first + count):
+        if time.monotonic() - start > limit:
+            break
         found = Findings(program, random_scene(seed))
         ends[found.end] += 1
         scenes.update({state for state, _ in found})
@@ -383,7 +387,7 @@ def main(program, *words):
         if keep and any(state != "sensitive" for state, _ in found):
             with open(os.path.join(keep, f"seed_{seed}.yaml"), "w", encoding="utf-8") as file:
                 file.write(text_of(found.scene))
-    print(f"{count} scenes from seed {first}: {scenes['failed']} with findings, {scenes['known']} with known "
+    print(f"{sum(ends.values())} scenes from seed {first}: {scenes['failed']} with findings, {scenes['known']} with known "
           f"ones, {scenes['sensitive']} sensitive; {time.monotonic() - start:.0f} s")
     print("ends:", dict(ends))
     print("kinds:", dict(kinds))
