@@ -1,0 +1,398 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""Random scenes: each is run for a few steps, and again in other words that must not matter.
+
+    random_scenes.py PROGRAM SEED COUNT [--keep FOLDER] [--seconds S]
+    random_scenes.py PROGRAM --scene SEED
+
+Scene k of a run has the seed SEED + k: domains that joints and joint sets cut, walls and heaps of
+blocks, materials over many decades, supports, loads and settings of any kind. Of each run it is
+asked that the status is one of the contract and a cause is told, that all numbers are finite, that
+the ledger closes, and that no energy comes from nowhere. Then the scene is shifted to map
+coordinates, turned by 90 degrees, mirrored, scaled by 1000 and by 1024, and its joints are listed
+backwards: all monitors must move as the scene does.
+
+Where they do not, places are multiplied by 1 + 1e-8: a scene that answers this with a difference as
+large decides something at a rounding, and is counted as sensitive, which is no finding. Findings of
+a known kind are counted as known. --keep writes the scenes with findings of either kind; --seconds
+begins no scene after that time.
+"""
+
+import collections
+import math
+import os
+import random
+import sys
+import time
+
+from scene import Fault, change, distance, material, numbers_of, run, square, text_of
+
+# Largest difference over the largest number of all monitors, after a few steps. Contacts that set
+# in at a rounding earlier or later make the differences of exact copies grow. A lattice of another
+# direction is another discretization: turned scenes are compared with whole blocks only.
+NEAR = {"displacement": 1e-4, "velocity": 1e-3, "stress": 1e-2}
+GAIN = 0.02  # energy from nowhere over the largest term: finite steps in which compressed bodies turn
+SHIFT = (524288.0, 4194304.0)  # about 5e5 and 4.2e6 m, exact in binary
+TIMEOUT = 60
+
+
+def decades(dice, low, high):
+    """Evenly distributed in the logarithm."""
+    return 10 ** dice.uniform(math.log10(low), math.log10(high))
+
+
+def rounded(x):
+    """A multiple of 2^-16: shifts by whole numbers are exact."""
+    return round(x * 65536) / 65536
+
+
+def random_polygon(dice, size):
+    """Star-shaped about (size / 2, size / 2), four to nine corners."""
+    n = dice.randint(4, 9)
+    start = dice.uniform(0, 2 * math.pi)
+    corners = []
+    for k in range(n):
+        angle = start + 2 * math.pi * (k + dice.uniform(-0.3, 0.3)) / n
+        radius = size * dice.uniform(0.3, 0.5)
+        corners.append([rounded(size / 2 + radius * math.cos(angle)),
+                        rounded(size / 2 + radius * math.sin(angle))])
+    return corners
+
+
+def random_materials(dice, n):
+    """Moduli within eight decades, densities within four."""
+    base, heavy = decades(dice, 1e5, 1e11), decades(dice, 1, 1e4)
+    return {f"m {i}": material(base * decades(dice, 1e-2, 1e2), heavy * decades(dice, 0.1, 10),
+                               dice.choice([0, 0.25, 0.45, 0.49]),
+                               plane=dice.choice(["strain", "stress"])) for i in range(n)}
+
+
+def random_interface(dice):
+    bonded = dice.random() < 0.3
+    return {"friction_angle": dice.choice([0, 10, 30, 45, 80]),
+            "cohesion": decades(dice, 1e2, 1e6) if bonded else 0,
+            "tensile_strength": decades(dice, 1e2, 1e6) if bonded else 0}
+
+
+def random_joint(dice, size):
+    corners = [[rounded(dice.uniform(-0.2, 1.2) * size), rounded(dice.uniform(-0.2, 1.2) * size)]
+               for _ in range(dice.choice([2, 2, 2, 3]))]
+    # It must reach into the domain.
+    corners[0] = [rounded(dice.uniform(0.35, 0.65) * size), rounded(dice.uniform(0.35, 0.65) * size)]
+    if len(corners) == 3 or dice.random() < 0.5:  # the inner corner in the middle: through-going
+        corners.insert(1, corners.pop(0))
+    if len(corners) == 2 and dice.random() < 0.7:
+        (x, y), (p, q) = corners
+        corners[0] = [rounded(x - 2 * (p - x)), rounded(y - 2 * (q - y))]
+    return {"polyline": corners}
+
+
+def random_rock(dice, size):
+    """A domain with joints, held at its bottom."""
+    scene = {"domain": [{"polygon": random_polygon(dice, size)}],
+             "joints": [random_joint(dice, size) for _ in range(dice.randint(0, 6))]}
+    if dice.random() < 0.3:
+        scene["domain"] = [{"polygon": square(0.0, 0.0, size)}]
+    low = min(y for _, y in scene["domain"][0]["polygon"])
+    if not scene["joints"]:
+        del scene["joints"]
+    scene["supports"] = [{"box": [[-size, rounded(low - size)], [2 * size, rounded(low + 0.2 * size)]],
+                          "fix": dice.choice(["xy", "xy", "y"])}]
+    return scene
+
+
+def random_heap(dice, size):
+    """Blocks apart or side by side over a fixed floor."""
+    n_x, n_y = dice.randint(1, 4), dice.randint(1, 3)
+    side = rounded(size / 5)
+    gap = dice.choice([0.0, 0.0, rounded(side / 8)])
+    blocks = [{"name": "floor", "polygon": square(-size, -side, 3 * size, side), "velocity": [0, 0, 0]}]
+    for i in range(n_x):
+        for j in range(n_y):
+            if dice.random() < 0.2:
+                continue
+            x, y = i * (side + gap), j * (side + gap)
+            polygon = square(x, y, side)
+            if dice.random() < 0.3:
+                polygon = polygon[:2] + [[x + side, y + side / 2], [x + side / 2, y + side]] + polygon[3:]
+            velocity = [dice.uniform(-1, 1), dice.uniform(-1, 0), dice.uniform(-1, 1)]
+            blocks.append({"name": f"block {i} {j}", "polygon": polygon,
+                           "velocity": velocity if dice.random() < 0.4 else [0, 0, 0]})
+    return {"blocks": blocks, "supports": [{"block": "floor", "fix": "xy"}]}
+
+
+def monitors_of(scene):
+    """Centres of blocks; for a domain places about its middle. A place in a hole is no error here."""
+    if "blocks" in scene:
+        points = [[sum(p[k] for p in block["polygon"]) / len(block["polygon"]) for k in (0, 1)]
+                  for block in scene["blocks"][1:]] or [[0.0, -1e-3]]
+    else:
+        corners = scene["domain"][0]["polygon"]
+        centre = [sum(p[k] for p in corners) / len(corners) for k in (0, 1)]
+        points = [centre] + [[0.5 * (centre[k] + p[k]) for k in (0, 1)] for p in corners]
+    return [{"name": f"p {i:02}", "point": [rounded(x), rounded(y)]} for i, (x, y) in enumerate(points)]
+
+
+def random_settings(dice, size):
+    dt = decades(dice, 1e-5, 1e-2)
+    scene = {"gravity": dice.choice([[0, -9.81], [0, -9.81], [3.0, -8.0], [0, 0]]),
+             "analysis": {"tolerance": 1e-8}, "solver": {"tolerance": 1e-10},
+             "time": {"dt": dt, "end": dt * dice.randint(3, 12), "max_move": 0.05},
+             "output": {"every": 1e9}}
+    if dice.random() < 0.3:
+        scene["analysis"]["scheme"] = "newmark"
+    elif dice.random() < 0.15:
+        scene["analysis"]["kind"] = "static"
+        del scene["time"]
+    if dice.random() < 0.3:
+        scene["covers"] = {"mesh": "block"}
+    else:
+        scene["covers"] = {"size": rounded(size / dice.uniform(4, 12))}
+    if dice.random() < 0.3:
+        scene["contact"] = {"method": dice.choice(["penalty", "augmented"]),
+                            "penalty": round(decades(dice, 0.1, 1e3), 6)}
+    if dice.random() < 0.2:
+        scene["analysis"]["damping"] = decades(dice, 0.1, 100)
+    if dice.random() < 0.3:
+        scene["solver"]["method"] = dice.choice(["pcg", "direct", "gauss-seidel"])
+    return scene
+
+
+def random_scene(seed):
+    dice = random.Random(seed)
+    size = dice.choice([1.0, 8.0, 64.0])
+    scene = random_rock(dice, size) if dice.random() < 0.6 else random_heap(dice, size)
+    scene.update(random_settings(dice, size))
+    scene["materials"] = random_materials(dice, dice.choice([1, 1, 2, 3]))
+    names = list(scene["materials"])
+    for entry in scene.get("blocks", []) + scene.get("domain", []):
+        entry["material"] = dice.choice(names)
+    if "domain" in scene and len(names) > 1:
+        scene["regions"] = [{"polygon": square(0.0, 0.0, rounded(size / 2)), "material": names[1]}]
+    scene["interfaces"] = {"i": random_interface(dice)}
+    scene["monitors"] = monitors_of(scene)
+    if dice.random() < 0.4:
+        weight = 9.81 * size * size * max(m["density"] for m in scene["materials"].values())
+        force = [dice.uniform(-1, 1) * weight * 0.1, dice.uniform(-1, 0.2) * weight * 0.1]
+        scene["loads"] = [{"point": dice.choice(scene["monitors"])["point"], "force": force}]
+    if dice.random() < 0.1:
+        scene["initial_stress"] = {"kind": "uniform", "xx": -1e4, "yy": -2e4, "xy": 0}
+    return scene
+
+
+# --- The same scene in other words
+
+def mapped(scene, place, vector, tensor=None, turn=1):
+    """All places and vectors changed."""
+    scene = dict(scene)
+
+    def all_places(points):
+        return [place(p) for p in points]
+    scene["gravity"] = vector(scene["gravity"])
+    for name, key in (("domain", "polygon"), ("regions", "polygon"), ("blocks", "polygon"),
+                      ("joints", "polyline")):
+        if name in scene:
+            scene[name] = [{**entry, key: all_places(entry[key])} for entry in scene[name]]
+    if "blocks" in scene:
+        scene["blocks"] = [{**b, "velocity": [*vector(b["velocity"][:2]), turn * b["velocity"][2]]}
+                           for b in scene["blocks"]]
+    scene["supports"] = [{**s, "box": all_places(s["box"])} if "box" in s else s for s in scene["supports"]]
+    scene["loads"] = [{**load, "point": place(load["point"]), "force": vector(load["force"])}
+                      for load in scene.get("loads", [])]
+    if not scene["loads"]:
+        del scene["loads"]
+    scene["monitors"] = [{**m, "point": place(m["point"])} for m in scene["monitors"]]
+    if "initial_stress" in scene and tensor:
+        s = scene["initial_stress"]
+        xx, yy, xy = tensor([s["xx"], s["yy"], s["xy"]])
+        scene["initial_stress"] = {"kind": "uniform", "xx": xx, "yy": yy, "xy": xy + 0.0}
+    return scene
+
+
+def same(v):
+    return list(v)
+
+
+def shifted(scene):
+    return mapped(scene, lambda p: [p[0] + SHIFT[0], p[1] + SHIFT[1]], same)
+
+
+def turned(scene):
+    swap = {"x": "y", "y": "x", "xy": "xy"}
+    scene = mapped(scene, lambda p: [-p[1], p[0]], lambda v: [-v[1], v[0]],
+                   lambda s: [s[1], s[0], -s[2]])
+    scene["supports"] = [{**s, "fix": swap[s["fix"]]} for s in scene["supports"]]
+    return scene
+
+
+def mirrored(scene):
+    return mapped(scene, lambda p: [-p[0], p[1]], lambda v: [-v[0], v[1]],
+                  lambda s: [s[0], s[1], -s[2]], turn=-1)
+
+
+def scaled(scene, s):
+    """Lengths and times by s: stresses and velocities stay, forces of a slice grow by s."""
+    scene = mapped(scene, lambda p: [s * p[0], s * p[1]], same)
+    scene["gravity"] = [g / s for g in scene["gravity"]]
+    if "loads" in scene:
+        scene["loads"] = [{**load, "force": [s * f for f in load["force"]]} for load in scene["loads"]]
+    if "blocks" in scene:
+        scene["blocks"] = [{**b, "velocity": [*b["velocity"][:2], b["velocity"][2] / s]}
+                           for b in scene["blocks"]]
+    if "time" in scene:
+        scene["time"] = {**scene["time"], "dt": s * scene["time"]["dt"], "end": s * scene["time"]["end"]}
+    if "damping" in scene["analysis"]:
+        scene["analysis"] = {**scene["analysis"], "damping": scene["analysis"]["damping"] / s}
+    if "size" in scene["covers"]:
+        scene["covers"] = {"size": s * scene["covers"]["size"]}
+    return scene
+
+
+def nudged(scene):
+    """Not quite the same scene."""
+    return mapped(scene, lambda p: [x * (1 + 1e-8) for x in p], same)
+
+
+def backwards(scene):
+    return {**scene, "joints": [{**joint, "polyline": joint["polyline"][::-1]}
+                                for joint in scene["joints"][::-1]]}
+
+
+def back(kind, values, name):
+    """Numbers of the changed scene as they would be in the first."""
+    if name == "turned":
+        rule = (lambda s: [s[1], s[0], -s[2]]) if kind == "stress" else (lambda v: [v[1], -v[0]])
+    elif name == "mirrored":
+        rule = (lambda s: [s[0], s[1], -s[2]]) if kind == "stress" else (lambda v: [-v[0], v[1]])
+    elif name.startswith("scaled") and kind == "displacement":
+        factor = float(name.split()[1])
+        rule = lambda v: [x / factor for x in v]
+    else:
+        return values
+    n = 3 if kind == "stress" else 2
+    return [x for k in range(0, len(values), n) for x in rule(values[k:k + n])]
+
+
+def variants(scene):
+    """Name and scene of each way to say it; another lattice direction where there is no lattice."""
+    yield "shifted", shifted(scene)
+    yield "scaled 1024", scaled(scene, 1024.0)
+    yield "scaled 1000", scaled(scene, 1000.0)
+    if "mesh" in scene["covers"]:
+        yield "turned", turned(scene)
+        yield "mirrored", mirrored(scene)
+    if "joints" in scene:
+        yield "joints backwards", backwards(scene)
+
+
+# --- Findings
+
+def compare(result, other, name):
+    """What differs, in words, and by how much."""
+    if (result.status, result.get("end")) != (other.status, other.get("end")):
+        return f"{name}: ends otherwise: {result.cause or 'completed'} / {other.cause or 'completed'}", 1.0
+    if result.status != 0:
+        return None, 0.0
+    if result["blocks"] != other["blocks"]:
+        return f"{name}: {result['blocks']} blocks, then {other['blocks']}", 1.0
+    for kind, limit in NEAR.items():
+        a, b = numbers_of(result, kind), back(kind, numbers_of(other, kind), name)
+        error = distance(a, b)
+        if error > limit:
+            return f"{name}: {kind} differs by {error:.1e}", error
+    return None, 0.0
+
+
+def rounding_of(scene):
+    """Energy below which there are no digits: strains of 1e-12 of the whole."""
+    corners = [p for part in ("domain", "blocks") for entry in scene.get(part, []) for p in entry["polygon"]]
+    size = max(abs(x) for p in corners for x in p)
+    return 1e-24 * size * size * max(m["youngs_modulus"] for m in scene["materials"].values())
+
+
+def carries_forces(scene):
+    """Contacts carry forces that no spring has stored: their work is booked as numerical."""
+    return scene.get("contact", {}).get("method") == "augmented" or "initial_stress" in scene
+
+
+class Findings(list):
+    """What is wrong with a scene: (failed | known | sensitive, words)."""
+
+    def __init__(self, program, scene):
+        super().__init__()
+        self.program, self.scene = program, scene
+        self.floor = rounding_of(scene)
+        self.sensitivity = None
+        self.end = "fault"
+        result = self.attempt("as it is", scene)
+        if result is not None:
+            self.end = result.get("end") or f"refused: {result.cause[:60]}"
+        if result is None or result.status == 3:
+            return
+        self.look_for_gain(result)
+        for name, other in variants(scene):
+            self.look_for_difference(result, name, other)
+
+    def attempt(self, name, scene):
+        try:
+            return run(self.program, scene, timeout=TIMEOUT, floor=self.floor)
+        except Fault as fault:
+            self.append(("failed", f"{name}: {fault}"))
+            return None
+
+    def look_for_gain(self, result):
+        gained, largest = result.most_gained, result.largest_energy
+        if gained > max(GAIN * largest, self.floor):
+            state = "known" if carries_forces(self.scene) else "failed"
+            self.append((state, f"energy from nowhere: {gained:.3g} of {largest:.3g} J"))
+
+    def look_for_difference(self, result, name, scene):
+        other = self.attempt(name, scene)
+        if other is None:
+            return
+        words, error = compare(result, other, name)
+        if words is None:
+            return
+        if self.sensitivity is None:
+            near = self.attempt("nudged", nudged(self.scene))
+            self.sensitivity = compare(result, near, "nudged")[1] if near else 0.0
+        self.append(("sensitive" if self.sensitivity > 0.1 * error else "failed", words))
+
+
+def show(program, seed):
+    scene = random_scene(seed)
+    print(text_of(scene))
+    for state, words in Findings(program, scene):
+        print(f"{state}: {words}", file=sys.stderr)
+
+
+def main(program, *words):
+    if words[0] == "--scene":
+        return show(program, int(words[1]))
+    first, count = int(words[0]), int(words[1])
+    options = dict(zip(words[2::2], words[3::2]))
+    keep, limit = options.get("--keep"), float(options.get("--seconds", math.inf))
+    ends, kinds, scenes = collections.Counter(), collections.Counter(), collections.Counter()
+    start = time.monotonic()
+    for seed in range(first, first + count):
+        if time.monotonic() - start > limit:
+            break
+        found = Findings(program, random_scene(seed))
+        ends[found.end] += 1
+        scenes.update({state for state, _ in found})
+        for state, text in found:
+            kinds[f"{state}: {text.split(':')[0]}"] += 1
+            if state != "sensitive":
+                print(f"{'FAILED' if state == 'failed' else state} seed {seed}: {text}", flush=True)
+        if keep and any(state != "sensitive" for state, _ in found):
+            with open(os.path.join(keep, f"seed_{seed}.yaml"), "w", encoding="utf-8") as file:
+                file.write(text_of(found.scene))
+    print(f"{sum(ends.values())} scenes from seed {first}: {scenes['failed']} with findings, {scenes['known']} with known "
+          f"ones, {scenes['sensitive']} sensitive; {time.monotonic() - start:.0f} s")
+    print("ends:", dict(ends))
+    print("kinds:", dict(kinds))
+    sys.exit(scenes["failed"] > 0)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
