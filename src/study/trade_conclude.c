@@ -239,7 +239,7 @@ static nmm_status say_cancelling(nmm_bench *bench) {
         const ladder l = find_ladder(bench, ladders[k]);
         for (int i = 1; i < l.n; i++) {
             const double coarse = trade->row[l.row[i - 1]].error, fine = trade->row[l.row[i]].error;
-            if (!(fine > GROWS * coarse) || !(fine > trade->result.unsure)) continue;
+            if (!(fine > GROWS * coarse) || !(fine > 2 * trade->result.unsure)) continue;
             TRY(nmm_bench_remark(bench,
                                  "With finer %s the error grows, from %.3g to %.3g %%: errors of "
                                  "different kinds cancel in the coarser run, which is luck.",

@@ -9,10 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/// Factors of a ladder, ended by 0.
-static const double by_two[] = {4, 2, 0.5, 0.25, 0}, by_two_quick[] = {2, 0.5, 0};
-static const double by_decades[] = {1e6, 1e4, 1e2, 1e-2, 0}, by_decades_quick[] = {1e4, 1e2, 0};
-static const double stiffer[] = {0.1, 10, 100, 0}, stiffer_quick[] = {0.1, 10, 0};
+/// Factors of a ladder, in its full form and in its quick one; 0: no more.
+enum { MOST_FACTORS = 4 };
+static const double by_two[2][MOST_FACTORS] = {{4, 2, 0.5, 0.25}, {2, 0.5}};
+static const double by_decades[2][MOST_FACTORS] = {{1e6, 1e4, 1e2, 1e-2}, {1e4, 1e2}};
+static const double stiffer[2][MOST_FACTORS] = {{0.1, 10, 100}, {0.1, 10}};
 
 /// Beyond these a tolerance means nothing.
 #define LOOSEST 1e-2
@@ -103,14 +104,16 @@ static nmm_status add_mesh_and_time(nmm_bench *bench, nmm_trade_knob knob) {
     const bool sizes = knob != NMM_TRADE_DT, times = knob != NMM_TRADE_SIZE;
     if (sizes && scene->mesh != NMM_MESH_LATTICE) return NMM_OK;
     if (times && scene->is_static) return NMM_OK;
-    for (const double *f = trade->def.quick != 0 ? by_two_quick : by_two; *f > 0; f++) {
+    const double *factor = by_two[trade->def.quick != 0];
+    for (int k = 0; k < MOST_FACTORS && factor[k] > 0; k++) {
+        const double f = factor[k];
         // A step beyond the end is cut to it.
-        if (times && *f > 1 && *f * scene->dt > scene->end) continue;
-        nmm_trade_setting *setting = add(trade, knob, *f);
-        if (sizes) TRY(put_number(bench, setting, "covers.size", *f * scene->cover_size));
-        if (times) TRY(put_number(bench, setting, "time.dt", *f * scene->dt));
+        if (times && f > 1 && f * scene->dt > scene->end) continue;
+        nmm_trade_setting *setting = add(trade, knob, f);
+        if (sizes) TRY(put_number(bench, setting, "covers.size", f * scene->cover_size));
+        if (times) TRY(put_number(bench, setting, "time.dt", f * scene->dt));
         if (times && trade->keeps_dt_max)
-            TRY(put_number(bench, setting, "time.dt_max", *f * scene->dt_max));
+            TRY(put_number(bench, setting, "time.dt_max", f * scene->dt_max));
     }
     return NMM_OK;
 }
@@ -134,10 +137,12 @@ static nmm_status add_tolerances(nmm_bench *bench, nmm_trade_knob knob) {
     const bool of_solver = knob == NMM_TRADE_SOLVER;
     const double own = of_solver ? trade->scene.solver_tolerance : trade->scene.tolerance;
     const char *key = of_solver ? "solver.tolerance" : "analysis.tolerance";
-    for (const double *f = trade->def.quick != 0 ? by_decades_quick : by_decades; *f > 0; f++) {
-        const double value = *f * own;
+    const double *factor = by_decades[trade->def.quick != 0];
+    for (int k = 0; k < MOST_FACTORS && factor[k] > 0; k++) {
+        const double f = factor[k];
+        const double value = f * own;
         if (value > LOOSEST * 1.001 || value < TIGHTEST) continue;
-        TRY(put_rounded(bench, add(trade, knob, *f), key, value));
+        TRY(put_rounded(bench, add(trade, knob, f), key, value));
     }
     return NMM_OK;
 }
@@ -151,10 +156,12 @@ static nmm_status add_precision(nmm_bench *bench) {
 static nmm_status add_penalties(nmm_bench *bench) {
     nmm_trade *trade = bench->trade;
     if (!trade->has_contact || !(trade->scene.penalty > 0)) return NMM_OK;
-    for (const double *f = trade->def.quick != 0 ? stiffer_quick : stiffer; *f > 0; f++) {
-        const double value = *f * trade->scene.penalty;
+    const double *factor = stiffer[trade->def.quick != 0];
+    for (int k = 0; k < MOST_FACTORS && factor[k] > 0; k++) {
+        const double f = factor[k];
+        const double value = f * trade->scene.penalty;
         if (value < SOFTEST || value > STIFFEST) continue;
-        TRY(put_rounded(bench, add(trade, NMM_TRADE_PENALTY, 1 / *f), "contact.penalty", value));
+        TRY(put_rounded(bench, add(trade, NMM_TRADE_PENALTY, 1 / f), "contact.penalty", value));
     }
     return NMM_OK;
 }
