@@ -22,4 +22,4 @@ ctest --preset dev -j "$(nproc)"
 cmake --preset release --fresh
 cmake --build build/release --target nmm verify_programs
 OMP_WAIT_POLICY=passive ctest --test-dir build/release --output-on-failure --no-tests=error \
-    -j "$(nproc)" -R '^(example_[a-z0-9_]+|verify_all_[a-z]+|gate_threads_eventful|source_tidy)$'
+    -j "$(nproc)" -R '^(example_[a-z0-9_]+|extreme_random|verify_all_[a-z]+|gate_threads_eventful|source_tidy)$'

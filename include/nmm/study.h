@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Studies on top of nmm.h: the experiments of docs/experiments.md, each a table of what was
-// measured and a picture drawn from it.
+// Studies on top of nmm.h: the experiments of docs/experiments.md, and speed against accuracy of a
+// scene (docs/trade.md), each a table of what was measured and a picture drawn from it.
 //
 // As in nmm.h: no globals, nothing is printed; one handle on one thread at a time. Times are those
 // of the wall clock, so they are worth what the machine was doing meanwhile.
@@ -82,6 +82,55 @@ NMM_API const char *nmm_bench_note(const nmm_bench *bench, int k);
 NMM_API nmm_status nmm_bench_write_csv(nmm_bench *bench, const char *path);
 /// The picture; the ending of `path` says which kind: png, svg or pdf.
 NMM_API nmm_status nmm_bench_plot(nmm_bench *bench, const char *path);
+
+// --- Speed against accuracy
+
+/// Settings of a trade: one scene, run with one knob turned at a time.
+typedef struct nmm_trade_def {
+    const char *path; ///< scene file
+    int n_override;
+    const char *const *override; ///< "key.path=value", for all runs
+    /// Knobs with commas between, out of size, dt, mesh, scheme, tolerance, solver, precision,
+    /// penalty; NULL: all that mean something in the scene. With size and dt also both at once.
+    const char *knobs;
+    /// What is compared at the end: "monitors.NAME.displacement", one component "...[1]", or
+    /// velocity or stress; NULL: displacement of the first monitor.
+    const char *quantity;
+    /// Its closed form, "QUANTITY=NUMBER" or "QUANTITY=[NUMBER,NUMBER]"; NULL: the finest runs.
+    const char *expect;
+    double want;    ///< error wanted, as a part of 1; 0: none
+    double longest; ///< [s] a run that takes longer is left out; 0: 600, quick 20
+    int quick;      ///< 1: fewer values of each knob
+    int n_thread;   ///< host threads; 0: all
+    nmm_device_choice device;
+    int (*report)(void *user, const nmm_bench *bench, const char *what, int row); ///< as above
+    void *user;
+    void *(*allocate)(void *user, void *old, size_t size); ///< as in nmm_sim_def
+    void *allocate_user;
+} nmm_trade_def;
+/// PATH to be set; the scene's device.
+NMM_API nmm_trade_def nmm_default_trade_def(void);
+
+/// Run the scene. The table, its notes, files and picture are asked for as those of an experiment.
+/// A run that ends early, or a setting that the scene does not allow, is a row that says so.
+/// NMM_ERROR_ARGUMENT: wrong knobs, quantity or expectation; errors of the scene as it stands.
+NMM_API nmm_status nmm_trade_run(nmm_bench **bench, const nmm_trade_def *def);
+
+/// What came out.
+typedef struct nmm_trade_result {
+    const char *quantity; ///< "monitors.slider.displacement[0]"
+    const char *unit;     ///< of the quantity
+    int width;            ///< its numbers
+    double reference[3];
+    const char *source;  ///< "closed form", "extrapolated", "finest run"; "" where there is none
+    double unsure;       ///< part of 1 by which the reference itself may be wrong; 0: closed form
+    int cheapest;        ///< row of the fastest run with the error wanted; -1: none
+    const char *options; ///< of nmm run, for that row: "--set time.dt=0.01"; "": scene as it is
+    const char *lines;   ///< the same as keys of the scene: "time: {dt: 0.01}"
+    const char *why;     ///< why there is none; "" where there is one, or none was wanted
+} nmm_trade_result;
+/// Texts live as long as the bench.
+NMM_API nmm_trade_result nmm_trade_result_of(const nmm_bench *bench);
 
 #ifdef __cplusplus
 }

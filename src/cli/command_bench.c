@@ -5,15 +5,14 @@
 // what was measured is written.
 
 #include "bench_table.h"
+#include "folder.h"
 #include "interrupt.h"
 #include "message.h"
 #include "options.h"
 
-#include <errno.h>
 #include <limits.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #define SCENES "examples/paper"
@@ -53,11 +52,6 @@ static bool is_wanted(const job *j, nmm_bench_name name) {
 
 // --- Folders
 
-static bool is_folder(const char *path) {
-    struct stat about;
-    return stat(path, &about) == 0 && S_ISDIR(about.st_mode);
-}
-
 /// The folder of scenes that is installed with this program; "" where that is not known.
 static void installed_scenes(char *path, size_t room) {
     char program[PATH_MAX];
@@ -86,27 +80,6 @@ static int find_scenes(job *j) {
     message_error("nmm bench: no folder of scenes; looked for " SCENES
                   " in the current folder, and for %s; name one with --scenes FOLDER",
                   j->scenes);
-    return EXIT_SYSTEM;
-}
-
-/// The folder and those above it, where they are not there yet.
-static int make_folder(const char *path) {
-    char part[PATH_MAX];
-    const size_t length = strlen(path);
-    if (length >= sizeof part) {
-        message_error("%s: %s", path, strerror(ENAMETOOLONG));
-        return EXIT_SYSTEM;
-    }
-    for (size_t n = 1; n <= length; n++) {
-        if (path[n] != '/' && path[n] != 0) continue;
-        snprintf(part, sizeof part, "%.*s", (int)n, path);
-        if (mkdir(part, 0777) != 0 && errno != EEXIST) {
-            message_error("cannot make the folder %s: %s", part, strerror(errno));
-            return EXIT_SYSTEM;
-        }
-    }
-    if (is_folder(path)) return EXIT_DONE;
-    message_error("cannot write into %s: %s", path, strerror(ENOTDIR));
     return EXIT_SYSTEM;
 }
 
@@ -211,7 +184,7 @@ int command_bench(const arguments *given) {
     if (!known) return complain_name(given->path);
     // What is wrong with folders is told before minutes of measuring.
     int end = needs_scenes ? find_scenes(&j) : EXIT_DONE;
-    if (end == EXIT_DONE) end = make_folder(j.folder);
+    if (end == EXIT_DONE) end = folder_make(j.folder);
     if (end != EXIT_DONE) return end;
     interrupt_listen();
     if (given->json) {

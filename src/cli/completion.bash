@@ -18,6 +18,10 @@ _nmm() {
     --blocks) mapfile -t COMPREPLY < <(compgen -W "auto cover cluster body" -- "$word") ;;
     --precision) mapfile -t COMPREPLY < <(compgen -W "double mixed" -- "$word") ;;
     --stop) mapfile -t COMPREPLY < <(compgen -W "residual average_change" -- "$word") ;;
+    --knobs)
+        words="size dt mesh scheme tolerance solver precision penalty"
+        mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
+        ;;
     --device) mapfile -t COMPREPLY < <(compgen -W "auto host target" -- "$word") ;;
     --field)
         words="stress sxx syy sxy displacement velocity block"

@@ -93,6 +93,21 @@ const command command_table[] = {
      BIT(OPTION_FOLDER) | BIT(OPTION_SCENES) | BIT(OPTION_DEVICE) | BIT(OPTION_THREAD_LIST) |
          BIT(OPTION_QUICK) | BIT(OPTION_JSON) | BIT(OPTION_QUIET),
      command_bench},
+    {"trade", "SCENE", "Measure speed against accuracy of a scene and name the best settings",
+     "Runs the scene with one knob turned at a time: cover size, dt, both together, mesh: block,\n"
+     "time scheme, tolerances, precision, penalty. Errors are those of one quantity at the end,\n"
+     "against --expect, or else against what the finest runs converge to. Prints a table and "
+     "writes\n"
+     "SCENE.csv, SCENE.svg and SCENE.png. With --want the cheapest setting that is so near is "
+     "named,\n"
+     "as options of nmm run and as lines of the scene; exit status 1 where there is none.\n",
+     "  nmm trade slope.yaml\n"
+     "  nmm trade slope.yaml --want 1% --knobs size,dt\n"
+     "  nmm trade incline.yaml --expect 'monitors.slider.displacement[0]=3.625629'\n",
+     BIT(OPTION_FOLDER) | BIT(OPTION_SET) | BIT(OPTION_DEVICE) | BIT(OPTION_THREADS) |
+         BIT(OPTION_KNOBS) | BIT(OPTION_QUANTITY) | BIT(OPTION_EXPECT) | BIT(OPTION_WANT) |
+         BIT(OPTION_LONGEST) | BIT(OPTION_QUICK) | BIT(OPTION_JSON) | BIT(OPTION_QUIET),
+     command_trade},
     {NULL, NULL, NULL, NULL, NULL, 0, NULL}};
 
 const command *command_find(const char *name) {

@@ -54,9 +54,16 @@ static const option_row option_table[N_OPTION] = {
     [OPTION_SCALE] = {"scale", 0, "FACTOR", "factor on displacements (true scale)"},
     [OPTION_WIDTH] = {"width", 0, "PIXELS", "width of the picture (1600)"},
     [OPTION_VTU] = {"vtu", 0, "FOLDER", "write .pvd and one .vtu for each frame there"},
-    [OPTION_FOLDER] = {"output", 'o', "FOLDER", "where to write (bench)"},
+    [OPTION_FOLDER] = {"output", 'o', "FOLDER", "where to write (bench or trade)"},
     [OPTION_THREAD_LIST] = {"threads", 't', "N,N...", "numbers of host threads (one, and all)"},
     [OPTION_SCENES] = {"scenes", 0, "FOLDER", "scenes to compute (examples/paper, or installed)"},
+    [OPTION_KNOBS] = {"knobs", 'k', "NAME,NAME...",
+                      "size, dt, mesh, scheme, tolerance, solver, precision, penalty (all)"},
+    [OPTION_QUANTITY] = {"quantity", 0, "NAME",
+                         "monitors.NAME.displacement[1], or velocity, stress (first monitor)"},
+    [OPTION_EXPECT] = {"expect", 0, "NAME=VALUE", "the quantity and its exact value"},
+    [OPTION_WANT] = {"want", 'w', "ERROR", "name the cheapest setting with it: 1% or 0.01"},
+    [OPTION_LONGEST] = {"longest", 0, "S", "seconds that one run may take (600; quick 20)"},
     [OPTION_QUICK] = {"quick", 0, NULL, "a short form, in seconds, good for a look only"},
     [OPTION_JSON] = {"json", 0, NULL, "print one JSON object on standard output"},
     [OPTION_QUIET] = {"quiet", 'q', NULL, "print errors only"},
@@ -185,6 +192,39 @@ static const char *keep_linear(int id, const char *value, nmm_linear_def *def) {
     }
 }
 
+/// A part of 1, or of 100 with a percent sign.
+static bool read_part(const char *text, double *value) {
+    char number[64];
+    const size_t length = strlen(text);
+    const bool percent = length > 0 && text[length - 1] == '%';
+    if (length - percent >= sizeof number) return false;
+    snprintf(number, sizeof number, "%.*s", (int)(length - percent), text);
+    if (!read_number(number, percent ? 100 : 1, value)) return false;
+    if (percent) *value /= 100;
+    return true;
+}
+
+/// The same, for those of `trade`.
+static const char *keep_trade(int id, const char *value, arguments *given) {
+    switch (id) {
+    case OPTION_KNOBS:
+        given->knobs = value;
+        return *value ? NULL : "names of knobs with commas between";
+    case OPTION_QUANTITY:
+        given->quantity = value;
+        return *value ? NULL : "as monitors.NAME.displacement[1]";
+    case OPTION_EXPECT:
+        given->expect = value;
+        return strchr(value, '=') ? NULL : "as monitors.NAME.displacement[0]=3.6256";
+    case OPTION_WANT:
+        return read_part(value, &given->want) ? NULL : "above 0 and below 100%, as 1% or 0.01";
+    case OPTION_LONGEST:
+        return read_number(value, INFINITY, &given->longest) ? NULL : "a number above 0";
+    default:
+        return keep_linear(id, value, &given->linear);
+    }
+}
+
 /// The same, for those of `bench`.
 static const char *keep_bench(int id, const char *value, arguments *given) {
     switch (id) {
@@ -197,7 +237,7 @@ static const char *keep_bench(int id, const char *value, arguments *given) {
     case OPTION_THREAD_LIST:
         return read_threads(value, given) ? NULL : "whole numbers from 1 to 4096, as 1,2";
     default:
-        return keep_linear(id, value, &given->linear);
+        return keep_trade(id, value, given);
     }
 }
 

@@ -49,6 +49,11 @@ typedef enum option_id {
     OPTION_FOLDER,
     OPTION_THREAD_LIST,
     OPTION_SCENES,
+    OPTION_KNOBS,
+    OPTION_QUANTITY,
+    OPTION_EXPECT,
+    OPTION_WANT,
+    OPTION_LONGEST,
     OPTION_QUICK,
     OPTION_JSON,
     OPTION_QUIET,
@@ -77,11 +82,13 @@ typedef struct arguments {
     const char *scenes; // folder; NULL: found
     int n_thread_list;  // 0: chosen
     int thread_list[16];
-    int n_step;            // 0: chosen
-    double allow;          // 0: chosen
-    long dump_step;        // 0: no system is to be written
-    int dump_iteration;    // from 1
-    const char *dump;      // prefix of its files
+    const char *knobs, *quantity, *expect; // of `trade`; NULL: chosen
+    double want, longest;                  // 0: none, chosen
+    int n_step;                            // 0: chosen
+    double allow;                          // 0: chosen
+    long dump_step;                        // 0: no system is to be written
+    int dump_iteration;                    // from 1
+    const char *dump;                      // prefix of its files
     nmm_linear_def linear; // of `solve`; path, device, threads and output stand above
     bool json, quiet, quick, help, version;
 } arguments;
@@ -107,6 +114,7 @@ int command_export(const arguments *given);
 int command_compare(const arguments *given);
 int command_solve(const arguments *given);
 int command_bench(const arguments *given);
+int command_trade(const arguments *given);
 
 /// The command of that name, or NULL.
 const command *command_find(const char *name);

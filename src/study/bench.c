@@ -40,6 +40,13 @@ nmm_bench_def nmm_default_bench_def(void) {
 
 // --- Settings
 
+void nmm_bench_take_kind(nmm_bench *bench, const nmm_bench_kind *kind) {
+    bench->kind = kind;
+    while (kind->column[bench->n_column].name != NULL)
+        bench->n_column += 1;
+    NMM_ASSERT(bench->n_column <= NMM_BENCH_COLUMNS);
+}
+
 static nmm_status find_kind(nmm_bench *bench) {
     char list[128] = "";
     for (int k = 0; kind_at(k) != NULL; k++) {
@@ -52,9 +59,7 @@ static nmm_status find_kind(nmm_bench *bench) {
         return nmm_fail(&bench->context, NMM_ERROR_ARGUMENT, "no experiment '%s'; there are %s",
                         bench->def.name != NULL ? bench->def.name : "", list);
     }
-    while (bench->kind->column[bench->n_column].name != NULL)
-        bench->n_column += 1;
-    NMM_ASSERT(bench->n_column <= NMM_BENCH_COLUMNS);
+    nmm_bench_take_kind(bench, bench->kind);
     return NMM_OK;
 }
 
@@ -104,13 +109,18 @@ static nmm_status run(nmm_bench *bench) {
 
 // --- Life
 
-nmm_status nmm_bench_run(nmm_bench **bench, const nmm_bench_def *def) {
+nmm_status nmm_bench_create(nmm_bench **bench, const nmm_bench_def *def) {
     // The handle itself comes from the hook too, through a context that it then takes over.
     nmm_context context = {.allocate = def->allocate, .user = def->allocate_user};
     context.n_thread = nmm_max_int(1, omp_get_max_threads());
     TRY(nmm_allocate(&context, bench, 1, sizeof **bench));
     (*bench)->context = context;
     (*bench)->def = *def;
+    return NMM_OK;
+}
+
+nmm_status nmm_bench_run(nmm_bench **bench, const nmm_bench_def *def) {
+    TRY(nmm_bench_create(bench, def));
     return run(*bench);
 }
 

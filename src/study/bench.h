@@ -26,6 +26,9 @@ typedef struct nmm_bench_kind {
     nmm_status (*draw)(nmm_bench *bench, const char *path);
 } nmm_bench_kind;
 
+/// The trade of a scene, inside trade.c and its neighbours.
+typedef struct nmm_trade nmm_trade;
+
 extern const nmm_bench_kind nmm_bench_table1, nmm_bench_fig6, nmm_bench_fig7, nmm_bench_contact,
     nmm_bench_wall, nmm_bench_growth;
 
@@ -45,9 +48,15 @@ struct nmm_bench {
     const char **note;
     int n_thread, thread[NMM_BENCH_THREADS]; // from the settings, or chosen; ascending
     const char *mistakes;                    // of a scene, in the arena; NULL: none
+    nmm_trade *trade;                        // in the arena; NULL: an experiment
     bool target;                             // a target is there and wanted
     bool stopped;
 };
+
+/// An empty handle, from the hook, with its settings.
+nmm_status nmm_bench_create(nmm_bench **bench, const nmm_bench_def *def);
+/// Columns of the table from now on.
+void nmm_bench_take_kind(nmm_bench *bench, const nmm_bench_kind *kind);
 
 // --- The table
 
@@ -58,6 +67,8 @@ bool nmm_bench_goes_on(nmm_bench *bench, const char *format, ...)
 nmm_status nmm_bench_add(nmm_bench *bench);
 /// Cells of the last row.
 void nmm_bench_set(nmm_bench *bench, int column, double number);
+/// A cell of any row.
+nmm_bench_cell *nmm_bench_cell_of(nmm_bench *bench, int row, int column);
 nmm_status nmm_bench_say(nmm_bench *bench, int column, const char *text);
 /// The last row is complete: tell the caller.
 void nmm_bench_done(nmm_bench *bench);
@@ -81,6 +92,8 @@ nmm_status nmm_bench_values(nmm_bench *bench, double **value, int *n, int column
 /// points.
 double nmm_bench_exponent(const nmm_chart_series *series, double least);
 
+/// A copy of `text`, alive as long as the bench.
+nmm_status nmm_bench_keep(nmm_bench *bench, const char **words, const char *text);
 /// Words of printf form, alive as long as the bench.
 nmm_status nmm_bench_words(nmm_bench *bench, const char **words, const char *format, ...)
     __attribute__((format(printf, 3, 4)));

@@ -14,7 +14,7 @@
 
 // --- Words
 
-static nmm_status keep(nmm_bench *bench, const char **words, const char *text) {
+nmm_status nmm_bench_keep(nmm_bench *bench, const char **words, const char *text) {
     char *copy = NULL;
     TRY(nmm_arena_text(&bench->context, &bench->arena, &copy, text, strlen(text)));
     *words = copy;
@@ -27,7 +27,7 @@ nmm_status nmm_bench_words(nmm_bench *bench, const char **words, const char *for
     va_start(list, format);
     vsnprintf(text, sizeof text, format, list);
     va_end(list);
-    return keep(bench, words, text);
+    return nmm_bench_keep(bench, words, text);
 }
 
 bool nmm_bench_goes_on(nmm_bench *bench, const char *format, ...) {
@@ -49,7 +49,7 @@ nmm_status nmm_bench_remark(nmm_bench *bench, const char *format, ...) {
     va_end(list);
     TRY(nmm_grow(&bench->context, &bench->note, &bench->note_room, bench->n_note + 1,
                  sizeof *bench->note));
-    TRY(keep(bench, &bench->note[bench->n_note], text));
+    TRY(nmm_bench_keep(bench, &bench->note[bench->n_note], text));
     bench->n_note += 1;
     return NMM_OK;
 }
@@ -65,9 +65,13 @@ nmm_status nmm_bench_add(nmm_bench *bench) {
     return NMM_OK;
 }
 
+nmm_bench_cell *nmm_bench_cell_of(nmm_bench *bench, int row, int column) {
+    NMM_ASSERT(row >= 0 && row < bench->n_row && column < bench->n_column);
+    return &bench->cell[(long)row * bench->n_column + column];
+}
+
 static nmm_bench_cell *last_cell(nmm_bench *bench, int column) {
-    NMM_ASSERT(bench->n_row > 0 && column < bench->n_column);
-    return &bench->cell[(long)(bench->n_row - 1) * bench->n_column + column];
+    return nmm_bench_cell_of(bench, bench->n_row - 1, column);
 }
 
 void nmm_bench_set(nmm_bench *bench, int column, double number) {
@@ -75,7 +79,7 @@ void nmm_bench_set(nmm_bench *bench, int column, double number) {
 }
 
 nmm_status nmm_bench_say(nmm_bench *bench, int column, const char *text) {
-    return keep(bench, &last_cell(bench, column)->text, text);
+    return nmm_bench_keep(bench, &last_cell(bench, column)->text, text);
 }
 
 void nmm_bench_done(nmm_bench *bench) {

@@ -138,14 +138,15 @@ class Words(Case):
 
     def test_commands_to_come_are_not_known(self):
         listed, _ = self.expect(0, "--help")
-        for name in "view resume trade sweep bench".split():
+        for name in "view resume sweep".split():
             self.wrong("unknown command " + name, name, "fall.yaml")
             self.assertNotRegex(listed, rf"\n  {name}\b")
 
     def test_help_and_version_everywhere(self):
         listed, _ = self.expect(0, "--help", out="Examples:")
         commands = re.findall(r"^  ([a-z]+) ", listed.split("Commands:")[1].split("\n\n")[0], re.M)
-        self.assertEqual(commands, ["run", "check", "info", "plot", "export", "compare", "solve"])
+        self.assertEqual(commands, ["run", "check", "info", "plot", "export", "compare", "solve",
+                                    "bench", "trade"])
         self.assertEqual(self.expect(0, "-h")[0], listed)
         for name in commands:
             text, err = self.expect(0, name, "--help", out="Usage: nmm " + name)
@@ -157,7 +158,7 @@ class Words(Case):
         self.expect(0, "--version", out=r"^nmm \d+\.\d+\.\d+ \(.*\)\n$")
 
     def test_examples_of_the_help_parse(self):
-        for name in "run check info plot export compare solve".split():
+        for name in "run check info plot export compare solve trade".split():
             text, _ = self.expect(0, name, "--help")
             for line in text.split("Examples:\n")[1].strip().split("\n"):
                 words = line.split(">")[0].split()[1:]

@@ -35,3 +35,6 @@ expect "solve" nmm so
 expect "bench" nmm b
 expect "fig6 fig7" nmm bench f
 expect "--quick --quiet" nmm bench --qui
+expect "trade" nmm t
+expect "--want" nmm trade --w
+expect "penalty" nmm trade --knobs pe

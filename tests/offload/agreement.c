@@ -77,15 +77,16 @@ static const variant variants[] = {
     {"mixed, beyond rounding", SMALL, PCG, COVER, 1e-25, .mixed = true, .end = NMM_SOLVE_STAGNATED,
      .falls_back = true},
 
+    // Blocks left to the solver; the direct method, which auto may take too, is on the host only.
     {"clusters before auto", SOFT_WALL, PCG, CLUSTER, 1e-3, .keep = false},
     {"covers before auto", SOFT_WALL, PCG, COVER, 1e-3, .keep = true},
-    {"auto after covers", WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .keep = true},
-    {"auto, another pattern", SMALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .load = 7},
-    {"auto", WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .load = 7},
-    {"auto, experienced", SOFT_WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .keep = true},
-    {"auto, reuse", WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .keep = true, .reuse = true},
-    {"auto, low demand", WALL, NMM_SOLVE_AUTO, AUTO, 1e-2, .keep = true, .reuse = true},
-    {"auto, mixed", WALL, NMM_SOLVE_AUTO, AUTO, 1e-9, .keep = true, .mixed = true},
+    {"auto after covers", WALL, PCG, AUTO, 1e-9, .keep = true},
+    {"auto, another pattern", SMALL, PCG, AUTO, 1e-9, .load = 7},
+    {"auto", WALL, PCG, AUTO, 1e-9, .load = 7},
+    {"auto, experienced", SOFT_WALL, PCG, AUTO, 1e-9, .keep = true},
+    {"auto, reuse", WALL, PCG, AUTO, 1e-9, .keep = true, .reuse = true},
+    {"auto, low demand", WALL, PCG, AUTO, 1e-2, .keep = true, .reuse = true},
+    {"auto, mixed", WALL, PCG, AUTO, 1e-9, .keep = true, .mixed = true},
 
     {"chebyshev", WALL, CHEBYSHEV, COVER, 1e-5, .keep = false},
     {"chebyshev, bounds kept", SOFT_WALL, CHEBYSHEV, COVER, 1e-5, .keep = true, .reuse = true},

@@ -1,0 +1,188 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""nmm trade from outside, on scenes of examples/verification with closed forms: errors that shrink,
+the Pareto set, the setting named run again by nmm run, files, messages, exit status.
+
+Usage: test_trade.py PROGRAM [unittest arguments]
+"""
+
+import csv
+import json
+import math
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import xml.etree.ElementTree
+
+PROGRAM = ""
+SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples",
+                      "verification")
+INCLINE = os.path.join(SCENES, "incline.yaml")
+COLUMN = os.path.join(SCENES, "column.yaml")
+# g (sin 30 - cos 30 tan 20) t^2 / 2 at 2 s
+GLIDE = 9.81 * (0.5 - math.sqrt(0.75) * math.tan(math.radians(20))) * 2
+# density g H^2 / (2 E), which holds without Poisson's effect at the base.
+SETTLEMENT = -2500 * 9.81 * 100 / 2e9
+NO_POISSON = ("--set", "materials.rock.poissons_ratio=0")
+
+
+class Trade(unittest.TestCase):
+    """Each test has a folder of its own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def at(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def run_nmm(self, *words):
+        return subprocess.run([PROGRAM, *words], cwd=self.folder, stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, check=False)
+
+    def trade(self, *words, end=0):
+        done = self.run_nmm("trade", *words)
+        self.assertEqual(done.returncode, end, done.stderr)
+        return done
+
+    def measure(self, *words, end=0):
+        return json.loads(self.trade(*words, "--json", "--threads", "1", end=end).stdout)
+
+    def check_pareto(self, rows):
+        known = [r for r in rows if r["error"] is not None]
+        for row in rows:
+            dominated = any(o["seconds"] <= row["seconds"] and o["error"] <= row["error"]
+                            and (o["seconds"], o["error"]) != (row["seconds"], row["error"])
+                            for o in known) if row in known else True
+            self.assertEqual(row["pareto"], "" if dominated else "yes", row)
+        self.assertTrue(any(r["pareto"] for r in rows))
+
+    def run_again(self, scene, report, *words):
+        """The relative error of nmm run with the options that the trade named."""
+        done = self.run_nmm("run", scene, *words, *shlex.split(report["options"]), "--json",
+                            "--quiet", "--threads", "1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        _, name, field = report["quantity"].split(".")
+        field, component = re.fullmatch(r"(\w+)\[(\d)\]", field).groups()
+        value = json.loads(done.stdout)["monitors"][name][field][int(component)]
+        return abs(value / report["reference"][0] - 1)
+
+    def test_incline(self):
+        report = self.measure(INCLINE, "--quick", "--want", "1%", "--set",
+                              "analysis.tolerance=1e-7", "--expect",
+                              f"monitors.slider.displacement[0]={GLIDE!r}")
+        rows = report["rows"]
+        self.assertEqual(report["source"], "closed form")
+        self.assertEqual([r["end"] for r in rows], ["completed"] * len(rows))
+        self.check_pareto(rows)
+        # Forces that balance better move the block more exactly.
+        ladder = {r["setting"]: r["error"] for r in rows}
+        self.assertGreater(ladder["analysis.tolerance=0.001"],
+                           3 * ladder["analysis.tolerance=1e-05"])
+        self.assertGreater(ladder["analysis.tolerance=1e-05"], 3 * ladder["as it stands"])
+        self.assertGreater(ladder["contact.penalty=2"], ladder["contact.penalty=200"])
+        self.assertLess(self.run_again(INCLINE, report, "--set", "analysis.tolerance=1e-7"), 0.01)
+
+    def test_column(self):
+        words = (*NO_POISSON, "--set", "covers.size=0.85", "--knobs", "size,dt,solver", "--expect",
+                 f"monitors.top.displacement[1]={SETTLEMENT!r}")
+        report = self.measure(COLUMN, *words, "--want", "0.01%")
+        rows = report["rows"]
+        self.check_pareto(rows)
+        ladder = {r["setting"]: r["error"] for r in rows}
+        errors = [ladder["covers.size=3.4"], ladder["covers.size=1.7"], ladder["as it stands"],
+                  ladder["covers.size=0.425"], ladder["covers.size=0.2125"]]
+        for coarse, fine in zip(errors, errors[1:]):
+            self.assertGreater(coarse, 1.5 * fine)
+        self.assertLess(rows[report["cheapest"]]["error"], 0.01)
+        own = (*NO_POISSON, "--set", "covers.size=0.85")
+        self.assertLess(self.run_again(COLUMN, report, *own), 1e-4)
+        # No setting comes so near.
+        report = self.measure(COLUMN, *words, "--quick", "--want", "1e-12", end=1)
+        self.assertEqual(report["cheapest"], -1)
+        self.assertIn("no setting comes within", report["why"])
+
+    def test_text_and_files(self):
+        done = self.trade(COLUMN, "--quick", "--knobs", "size", "--want", "5%", "-o", "a/b")
+        self.assertRegex(done.stdout, r"\n  nmm run \S+column.yaml( --set covers.size=\S+)?\n")
+        self.assertIn("Pareto set", done.stdout)
+        self.assertIn("monitors.top.displacement at the end", done.stdout)
+        with open(self.at("a", "b", "column.csv"), newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([r["knob"] for r in rows], ["scene", "size", "size"])
+        for row in rows:
+            self.assertTrue(math.isfinite(float(row["seconds"])))
+        root = xml.etree.ElementTree.parse(self.at("a", "b", "column.svg")).getroot()
+        self.assertGreater(len(list(root.iter())), 50)
+        with open(self.at("a", "b", "column.png"), "rb") as file:
+            self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+
+    def test_values_of_the_command_line_are_quoted(self):
+        done = self.trade(COLUMN, "--quick", "--quiet", "--knobs", "size", "--want", "5%", "--set",
+                          "gravity=[0, -5]")
+        self.assertIn("--set 'gravity=[0, -5]'", done.stdout)
+        line = next(l for l in done.stdout.splitlines() if "nmm run" in l)
+        words = shlex.split(line)
+        self.assertEqual(self.run_nmm(*words[1:], "--quiet").returncode, 0)
+
+    def test_what_cannot_be_told(self):
+        done = self.trade(COLUMN, "--quick", "--knobs", "size", "--want", "1e-9", end=1)
+        self.assertIn("cannot be told", done.stderr)
+
+    def test_wrong_words(self):
+        for words, said in ((("--knobs", "siz"), "there are size, dt"),
+                            (("--knobs", "penalty"), "nothing to be traded"),
+                            (("--want", "0"), "above 0 and below 100%"),
+                            (("--want", "100%"), "above 0 and below 100%"),
+                            (("--want", "%"), "above 0 and below 100%"),
+                            (("--want", "one"), "above 0 and below 100%"),
+                            (("--longest", "-1"), "above 0"),
+                            (("--quantity", "top"), "must be monitors.NAME"),
+                            (("--expect", "1.5"), "as monitors.NAME"),
+                            (("--expect", "monitors.top.velocity=1"), "two numbers"),
+                            (("--quantity", "monitors.foot.stress"), "there are: top, middle"),
+                            (("--scenes", "x"), "unknown option --scenes")):
+            done = self.trade(COLUMN, *words, end=2)
+            self.assertIn(said, done.stderr)
+            self.assertEqual(done.stdout, "")
+        self.assertIn("must be a file", self.trade("-", end=2).stderr)
+        self.assertFalse(os.path.exists(self.at("trade")))
+
+    def test_wrong_scenes(self):
+        self.assertIn("nowhere.yaml", self.trade("nowhere.yaml", end=4).stderr)
+        done = self.trade(COLUMN, "--set", "covers.sise=1", end=3)
+        self.assertIn("did you mean", done.stderr)
+        done = self.trade(COLUMN, "-o", "/proc/nothing", end=4)
+        self.assertIn("/proc/nothing", done.stderr)
+
+    def test_interrupted(self):
+        program = subprocess.Popen([PROGRAM, "trade", INCLINE, "--set", "time.dt=1e-5", "--knobs",
+                                    "dt"], cwd=self.folder, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        time.sleep(2)
+        program.send_signal(signal.SIGINT)
+        _, messages = program.communicate(timeout=200)
+        self.assertEqual(program.returncode, 1, messages)
+        self.assertIn("ended early", messages)
+
+    def test_help(self):
+        done = self.trade("--help")
+        for word in ("--want", "--expect", "--quantity", "--knobs", "--longest", "--quick"):
+            self.assertIn(word, done.stdout)
+
+
+def main():
+    global PROGRAM
+    PROGRAM = os.path.abspath(sys.argv[1])
+    unittest.main(argv=[sys.argv[0]] + sys.argv[2:])
+
+
+if __name__ == "__main__":
+    main()

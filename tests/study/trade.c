@@ -1,0 +1,497 @@
+// SPDX-License-Identifier: MIT
+//
+// Speed against accuracy through include/nmm/study.h: ladders that converge, the Pareto set, the
+// setting named for an error wanted, references without a closed form, rows of runs that fail, what
+// is wrong with settings, an early end, memory.
+
+#include "nmm/study.h"
+#include "test.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+// The font library keeps its tables for the life of the process.
+const char *__lsan_default_suppressions(void) __attribute__((visibility("default")));
+const char *__lsan_default_suppressions(void) {
+    return "leak:libfontconfig\n";
+}
+
+static char folder[] = "trade_XXXXXX";
+
+// A column under its own weight, as examples/verification/column.yaml but without Poisson's effect,
+// so that the closed form holds: settlement density g H^2 / (2 E).
+static const char *const column =
+    "nmm: 1\n"
+    "domain: [{polygon: [[0, 0], [2, 0], [2, 10], [0, 10]]}]\n"
+    "materials: {rock: {density: 2500, youngs_modulus: 1e9, poissons_ratio: 0}}\n"
+    "covers: {size: 0.85}\n"
+    "supports: [{segment: [[0, 0], [2, 0]], fix: y}, {point: [1, 0], fix: x}]\n"
+    "analysis: {tolerance: 1e-9}\n"
+    "solver: {tolerance: 1e-12}\n"
+    "time: {dt: 1e4, end: 1e4, max_move: 1}\n"
+    "monitors: [{name: top, point: [1, 10]}]\n";
+
+// A bar that is pulled at its end and swings: the error is one of time.
+static const char *const swing =
+    "nmm: 1\n"
+    "gravity: [0, 0]\n"
+    "domain: [{polygon: [[0, 0], [2, 0], [2, 1], [0, 1]]}]\n"
+    "materials: {rock: {density: 2500, youngs_modulus: 1e8, poissons_ratio: 0}}\n"
+    "covers: {size: 1}\n"
+    "supports: [{segment: [[0, 0], [0, 1]], fix: xy}]\n"
+    "loads: [{segment: [[2, 0], [2, 1]], traction: [1e4, 0]}]\n"
+    "time: {dt: 1e-4, end: 0.02, dt_max: 1e-4}\n"
+    "monitors: [{name: end, point: [2, 0.5], record: [displacement]}]\n";
+
+// A stone on a held one: contact.
+static const char *const stone =
+    "nmm: 1\n"
+    "gravity: [0, -10]\n"
+    "blocks:\n"
+    "  - {name: ground, polygon: [[-1, -1], [3, -1], [3, 0], [-1, 0]]}\n"
+    "  - {polygon: [[0, 0], [2, 0], [2, 1], [0, 1]]}\n"
+    "materials: {rock: {density: 2000, youngs_modulus: 1e9, poissons_ratio: 0.25}}\n"
+    "interfaces: {dry: {friction_angle: 30}}\n"
+    "interface: dry\n"
+    "supports: [{block: ground, fix: xy}]\n"
+    "covers: {size: 1}\n"
+    "time: {dt: 1e-3, end: 0.02}\n"
+    "monitors: [{point: [1, 0.5]}]\n";
+
+static void write_scene(const char *name, const char *text) {
+    FILE *file = fopen(name, "w");
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+}
+
+static int enter(void **unused) {
+    (void)unused;
+    if (mkdtemp(folder) == NULL || chdir(folder) != 0) return 1;
+    write_scene("column.yaml", column);
+    write_scene("swing.yaml", swing);
+    write_scene("stone.yaml", stone);
+    return 0;
+}
+
+static int leave(void **unused) {
+    (void)unused;
+    char command[64];
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    return chdir("..") != 0 || system(command) != 0;
+}
+
+static nmm_trade_def definition(const char *path) {
+    nmm_trade_def def = nmm_default_trade_def();
+    def.path = path;
+    def.quick = 1;
+    def.n_thread = 1;
+    def.device = NMM_DEVICE_HOST;
+    return def;
+}
+
+static nmm_bench *measure(const nmm_trade_def *def) {
+    nmm_bench *bench = NULL;
+    const nmm_status status = nmm_trade_run(&bench, def);
+    if (status != NMM_OK) print_error("%s\n", nmm_bench_error(bench)->message);
+    assert_int_equal(status, NMM_OK);
+    return bench;
+}
+
+static int column_named(const nmm_bench *bench, const char *name) {
+    for (int k = 0; nmm_bench_column_of(bench, k).name != NULL; k++)
+        if (strcmp(nmm_bench_column_of(bench, k).name, name) == 0) return k;
+    fail_msg("no column %s", name);
+    return -1;
+}
+
+static double number(const nmm_bench *bench, int row, const char *name) {
+    return nmm_bench_number(bench, row, column_named(bench, name));
+}
+
+static const char *word(const nmm_bench *bench, int row, const char *name) {
+    return nmm_bench_text(bench, row, column_named(bench, name));
+}
+
+static int row_named(const nmm_bench *bench, const char *setting) {
+    for (int row = 0; row < nmm_bench_rows(bench); row++)
+        if (strcmp(word(bench, row, "setting"), setting) == 0) return row;
+    fail_msg("no row %s", setting);
+    return -1;
+}
+
+// --- Ladders
+
+static const char *const settlement = "monitors.top.displacement[1]=-1.22625e-3";
+
+// Halving cover size of linear functions takes a quarter of the error, roughly: the lattice does
+// not fit the column.
+static void errors_fall_with_the_size(void **unused) {
+    (void)unused;
+    nmm_trade_def def = definition("column.yaml");
+    def.quick = 0;
+    def.knobs = "size";
+    def.expect = settlement;
+    nmm_bench *bench = measure(&def);
+    assert_int_equal(nmm_bench_rows(bench), 5);
+    static const char *const row[5] = {"covers.size=3.4", "covers.size=1.7", "as it stands",
+                                       "covers.size=0.425", "covers.size=0.2125"};
+    double before = INFINITY;
+    for (int k = 0; k < 5; k++) {
+        const double error = number(bench, row_named(bench, row[k]), "error");
+        assert_true(error > 0 && error < before / 1.5);
+        before = error;
+    }
+    assert_true(before < 2e-3);
+    const nmm_trade_result result = nmm_trade_result_of(bench);
+    assert_string_equal(result.source, "closed form");
+    assert_string_equal(result.quantity, "monitors.top.displacement[1]");
+    assert_string_equal(result.unit, "m");
+    assert_int_equal(result.width, 1);
+    assert_near(result.reference[0], -1.22625e-3, 0);
+    assert_near(result.unsure, 0, 0);
+    assert_int_equal(result.cheapest, -1);
+    assert_string_equal(result.why, "");
+    nmm_bench_destroy(bench);
+}
+
+// On this column the coarsest lattice happens to hit the end exactly.
+static void luck_is_called_so(void **unused) {
+    (void)unused;
+    static const char *const override[1] = {"covers.size=1.7"};
+    nmm_trade_def def = definition("column.yaml");
+    def.quick = 0;
+    def.knobs = "size";
+    def.expect = settlement;
+    def.n_override = 1;
+    def.override = override;
+    nmm_bench *bench = measure(&def);
+    int said = 0;
+    for (int k = 0; nmm_bench_note(bench, k) != NULL; k++)
+        said += strstr(nmm_bench_note(bench, k), "finer size the error grows") != NULL;
+    assert_int_equal(said, 1);
+    nmm_bench_destroy(bench);
+}
+
+// Shi's scheme is of first order. dt_max stands in the scene and has to follow dt.
+static void a_ladder_of_time_is_extrapolated(void **unused) {
+    (void)unused;
+    nmm_trade_def def = definition("swing.yaml");
+    def.quick = 0;
+    def.knobs = "dt,scheme";
+    nmm_bench *bench = measure(&def);
+    assert_int_equal(nmm_bench_rows(bench), 6);
+    const nmm_trade_result result = nmm_trade_result_of(bench);
+    assert_string_equal(result.source, "extrapolated");
+    assert_string_equal(result.quantity, "monitors.end.displacement");
+    assert_int_equal(result.width, 2);
+    const char *told = strstr(nmm_bench_note(bench, 0), "order ");
+    assert_non_null(told);
+    assert_near(atof(told + 6), 0.9, 0.2);
+    static const char *const row[5] = {
+        "time.dt=0.0004 time.dt_max=0.0004", "time.dt=0.0002 time.dt_max=0.0002", "as it stands",
+        "time.dt=5e-05 time.dt_max=5e-05", "time.dt=2.5e-05 time.dt_max=2.5e-05"};
+    double before = INFINITY;
+    for (int k = 0; k < 5; k++) {
+        const int at = row_named(bench, row[k]);
+        assert_near(number(bench, at, "steps"), 50 << k, 2);
+        assert_true(number(bench, at, "error") < before);
+        before = number(bench, at, "error");
+    }
+    assert_close(0.01 * before, result.unsure, 1e-9);
+    // Second order at the same step is nearer to the limit than first order.
+    const int newmark = row_named(bench, "analysis.scheme=newmark");
+    assert_true(number(bench, newmark, "error") <
+                number(bench, row_named(bench, "as it stands"), "error") / 3);
+    nmm_bench_destroy(bench);
+}
+
+// --- The Pareto set
+
+static bool is_dominated(const nmm_bench *bench, int row) {
+    for (int k = 0; k < nmm_bench_rows(bench); k++) {
+        const double faster = number(bench, row, "seconds") - number(bench, k, "seconds");
+        const double nearer = number(bench, row, "error") - number(bench, k, "error");
+        if (faster >= 0 && nearer >= 0 && (faster > 0 || nearer > 0)) return true;
+    }
+    return false;
+}
+
+static void the_pareto_set_is_one(void **unused) {
+    (void)unused;
+    nmm_trade_def def = definition("stone.yaml");
+    nmm_bench *bench = measure(&def);
+    int members = 0;
+    for (int row = 0; row < nmm_bench_rows(bench); row++) {
+        const bool member = strcmp(word(bench, row, "pareto"), "yes") == 0;
+        if (isfinite(number(bench, row, "error")))
+            assert_int_equal(member, !is_dominated(bench, row));
+        else
+            assert_false(member);
+        members += member;
+    }
+    assert_true(members >= 1);
+    // All knobs mean something here.
+    static const char *const knob[] = {"size",      "dt",     "size with dt", "mesh",   "scheme",
+                                       "tolerance", "solver", "precision",    "penalty"};
+    for (int k = 0; k < 9; k++) {
+        int rows = 0;
+        for (int row = 0; row < nmm_bench_rows(bench); row++)
+            rows += strcmp(word(bench, row, "knob"), knob[k]) == 0;
+        assert_true(rows >= 1);
+    }
+    assert_int_equal(nmm_bench_plot(bench, "stone.svg"), NMM_OK);
+    assert_int_equal(nmm_bench_write_csv(bench, "stone.csv"), NMM_OK);
+    nmm_bench_destroy(bench);
+}
+
+// --- The error wanted
+
+static void the_setting_named_reaches_the_error(void **unused) {
+    (void)unused;
+    nmm_trade_def def = definition("column.yaml");
+    def.knobs = "size,tolerance";
+    def.expect = settlement;
+    def.want = 1e-3;
+    nmm_bench *bench = measure(&def);
+    const nmm_trade_result result = nmm_trade_result_of(bench);
+    assert_in_range(result.cheapest, 0, nmm_bench_rows(bench) - 1);
+    assert_true(number(bench, result.cheapest, "error") <= 0.1);
+    for (int row = 0; row < nmm_bench_rows(bench); row++)
+        if (number(bench, row, "error") <= 0.1)
+            assert_true(number(bench, row, "seconds") >= number(bench, result.cheapest, "seconds"));
+    assert_string_equal(result.why, "");
+    nmm_bench_destroy(bench);
+}
+
+static void options_and_lines_are_the_setting(void **unused) {
+    (void)unused;
+    nmm_trade_def def = definition("column.yaml");
+    def.knobs = "mesh";
+    def.expect = settlement;
+    // One body of uniform strain is exact here, the lattice is not.
+    def.want = 1e-8;
+    nmm_bench *bench = measure(&def);
+    const nmm_trade_result result = nmm_trade_result_of(bench);
+    assert_int_equal(result.cheapest, 1);
+    assert_string_equal(result.options, "--set covers.mesh=block --set covers.size=auto");
+    assert_string_equal(result.lines, "covers: {mesh: block, size: auto}");
+    nmm_bench_destroy(bench);
+}
+
+static void what_cannot_be_reached_or_told_is_said(void **unused) {
+    (void)unused;
+    nmm_trade_def def = definition("column.yaml");
+    def.knobs = "size";
+    def.expect = settlement;
+    def.want = 1e-12;
+    nmm_bench *bench = measure(&def);
+    nmm_trade_result result = nmm_trade_result_of(bench);
+    assert_int_equal(result.cheapest, -1);
+    assert_non_null(strstr(result.why, "no setting comes within"));
+    nmm_bench_destroy(bench);
+    // Without a closed form nobody knows so many digits.
+    def.expect = NULL;
+    bench = measure(&def);
+    result = nmm_trade_result_of(bench);
+    assert_int_equal(result.cheapest, -1);
+    assert_true(result.unsure > 1e-12);
+    assert_non_null(strstr(nmm_bench_note(bench, 0), "the error of dt is not in it"));
+    assert_non_null(strstr(result.why, "cannot be told"));
+    nmm_bench_destroy(bench);
+}
+
+// --- Rows that fail
+
+static void a_run_that_fails_is_a_row(void **unused) {
+    (void)unused;
+    static const char *const override[1] = {"time.dt_min=8e-4"};
+    nmm_trade_def def = definition("stone.yaml");
+    def.knobs = "dt";
+    def.n_override = 1;
+    def.override = override;
+    nmm_bench *bench = measure(&def);
+    // dt_min above dt is a mistake of that setting only.
+    const int bad = row_named(bench, "time.dt=0.0005");
+    assert_non_null(strstr(word(bench, bad, "end"), "error: "));
+    assert_true(isnan(number(bench, bad, "error")));
+    assert_true(isnan(number(bench, bad, "seconds")));
+    assert_string_equal(word(bench, bad, "pareto"), "");
+    // The finest that is left has nothing to be compared with.
+    assert_string_equal(word(bench, 0, "end"), "completed: the reference");
+    assert_true(isnan(number(bench, 0, "error")));
+    nmm_bench_destroy(bench);
+    // A run that ends early is one too.
+    static const char *const tight[2] = {"time.max_move=1e-9", "time.dt_min=1e-5"};
+    def.n_override = 2;
+    def.override = tight;
+    bench = measure(&def);
+    for (int row = 0; row < nmm_bench_rows(bench); row++) {
+        assert_non_null(strstr(word(bench, row, "end"), "step_too_small"));
+        assert_true(isnan(number(bench, row, "error")));
+    }
+    assert_string_equal(nmm_trade_result_of(bench).source, "");
+    assert_int_equal(nmm_bench_plot(bench, "none.svg"), NMM_OK);
+    nmm_bench_destroy(bench);
+}
+
+static void long_runs_are_left_out(void **unused) {
+    (void)unused;
+    nmm_trade_def def = definition("stone.yaml");
+    def.quick = 0;
+    def.knobs = "dt";
+    def.longest = 1e-9;
+    nmm_bench *bench = measure(&def);
+    assert_non_null(strstr(word(bench, 0, "end"), "took longer than 1e-09 s"));
+    assert_non_null(strstr(word(bench, nmm_bench_rows(bench) - 1, "end"), "left out"));
+    nmm_bench_destroy(bench);
+}
+
+// --- What is wrong
+
+static nmm_status fails(const nmm_trade_def *def, char message[1024]) {
+    nmm_bench *bench = NULL;
+    const nmm_status status = nmm_trade_run(&bench, def);
+    assert_int_equal(nmm_bench_error(bench)->status, status);
+    snprintf(message, 1024, "%s", nmm_bench_error(bench)->message);
+    nmm_bench_destroy(bench);
+    return status;
+}
+
+static void wrong_settings_are_told(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *knobs, *quantity, *expect;
+        double want;
+        const char *said;
+    } wrong[] = {
+        {"siz", NULL, NULL, 0, "no knob 'siz'"},
+        {"", NULL, NULL, 0, "no knob ''"},
+        {"penalty", NULL, NULL, 0, "nothing to be traded"},
+        {NULL, "top.displacement", NULL, 0, "must be monitors.NAME.displacement"},
+        {NULL, "monitors.foot.displacement", NULL, 0, "there are: top"},
+        {NULL, "monitors.top.place", NULL, 0, "no such field"},
+        {NULL, "monitors.top.displacement[2]", NULL, 0, "no such field or component"},
+        {NULL, "monitors.top.displacement[1", NULL, 0, "no such field or component"},
+        {NULL, NULL, "monitors.top.displacement", 0, "QUANTITY=NUMBER"},
+        {NULL, NULL, "monitors.top.displacement=1", 0, "two numbers"},
+        {NULL, NULL, "monitors.top.stress=[1,2]", 0, "three numbers"},
+        {NULL, NULL, "monitors.top.displacement[0]=1e", 0, "one number"},
+        {NULL, NULL, "monitors.top.displacement[0]=nan", 0, "one number"},
+        {NULL, NULL, "monitors.top.displacement[0]=0", 0, "is 0"},
+        {NULL, "monitors.top.velocity", "monitors.top.displacement[0]=1", 0, "another quantity"},
+        {NULL, NULL, NULL, -1, "error wanted"},
+        {NULL, NULL, NULL, NAN, "error wanted"},
+    };
+    char message[1024];
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+        nmm_trade_def def = definition("column.yaml");
+        def.knobs = wrong[k].knobs;
+        def.quantity = wrong[k].quantity;
+        def.expect = wrong[k].expect;
+        def.want = wrong[k].want;
+        assert_int_equal(fails(&def, message), NMM_ERROR_ARGUMENT);
+        if (strstr(message, wrong[k].said) == NULL)
+            fail_msg("'%s' instead of '%s'", message, wrong[k].said);
+    }
+    nmm_trade_def def = definition(NULL);
+    assert_int_equal(fails(&def, message), NMM_ERROR_ARGUMENT);
+    def = definition("nowhere.yaml");
+    assert_int_equal(fails(&def, message), NMM_ERROR_FILE);
+    static const char *const override[1] = {"covers.sise=1"};
+    def = definition("column.yaml");
+    def.n_override = 1;
+    def.override = override;
+    assert_int_equal(fails(&def, message), NMM_ERROR_INPUT);
+    static const char *const silent[1] = {"monitors=[]"};
+    def.override = silent;
+    assert_int_equal(fails(&def, message), NMM_ERROR_ARGUMENT);
+    assert_non_null(strstr(message, "no monitor"));
+    // Nothing was traded.
+    assert_int_equal(nmm_trade_result_of(NULL).cheapest, -1);
+}
+
+// --- An early end
+
+static int stop_after_two(void *user, const nmm_bench *bench, const char *what, int row) {
+    int *rows = user;
+    if (what == NULL) assert_int_equal(row, nmm_bench_rows(bench) - 1);
+    *rows += what == NULL;
+    return *rows >= 2;
+}
+
+static void it_ends_where_the_caller_wants(void **unused) {
+    (void)unused;
+    int rows = 0;
+    nmm_trade_def def = definition("stone.yaml");
+    def.report = stop_after_two;
+    def.user = &rows;
+    nmm_bench *bench = measure(&def);
+    assert_int_equal(nmm_bench_stopped(bench), 1);
+    assert_int_equal(nmm_bench_rows(bench), 2);
+    assert_int_equal(nmm_bench_plot(bench, "early.png"), NMM_OK);
+    nmm_bench_destroy(bench);
+}
+
+// --- Memory
+
+typedef struct hook {
+    long calls, fail_at, live;
+} hook;
+
+static void *allocate(void *user, void *old, size_t size) {
+    hook *h = user;
+    if (size == 0) {
+        h->live -= old != NULL;
+        free(old);
+        return NULL;
+    }
+    if (h->calls++ == h->fail_at) return NULL;
+    void *block = realloc(old, size);
+    h->live += old == NULL && block != NULL;
+    return block;
+}
+
+// Each allocation fails once: at first every one, then fewer and fewer, for there are thousands.
+static void memory_may_fail_anywhere(void **unused) {
+    (void)unused;
+    nmm_status status = NMM_ERROR_MEMORY;
+    long failed = 0;
+    for (long at = 0; status != NMM_OK; at += 1 + at / 16) {
+        hook h = {.fail_at = at};
+        nmm_trade_def def = definition("column.yaml");
+        nmm_bench *bench = NULL;
+        def.knobs = "size,dt";
+        def.want = 0.5;
+        def.allocate = allocate;
+        def.allocate_user = &h;
+        status = nmm_trade_run(&bench, &def);
+        if (status == NMM_OK) status = nmm_bench_plot(bench, "memory.svg");
+        if (status == NMM_OK) status = nmm_bench_write_csv(bench, "memory.csv");
+        assert_true(status == NMM_OK || status == NMM_ERROR_MEMORY);
+        assert_int_equal(nmm_bench_error(bench)->status, status);
+        nmm_bench_destroy(bench);
+        assert_int_equal(h.live, 0);
+        failed += status != NMM_OK;
+    }
+    assert_true(failed > 20);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(errors_fall_with_the_size),
+        cmocka_unit_test(luck_is_called_so),
+        cmocka_unit_test(a_ladder_of_time_is_extrapolated),
+        cmocka_unit_test(the_pareto_set_is_one),
+        cmocka_unit_test(the_setting_named_reaches_the_error),
+        cmocka_unit_test(options_and_lines_are_the_setting),
+        cmocka_unit_test(what_cannot_be_reached_or_told_is_said),
+        cmocka_unit_test(a_run_that_fails_is_a_row),
+        cmocka_unit_test(long_runs_are_left_out),
+        cmocka_unit_test(wrong_settings_are_told),
+        cmocka_unit_test(it_ends_where_the_caller_wants),
+        cmocka_unit_test(memory_may_fail_anywhere),
+    };
+    return cmocka_run_group_tests(tests, enter, leave);
+}
