@@ -76,7 +76,7 @@ static void solve_products(double a[NMM_MIXING_DEPTH + 1][NMM_MIXING_DEPTH], int
 
 static void mix_change(nmm_mixing *mixing, double *change, int n_thread) {
     const int m = mixing->count, n = mixing->n;
-    double a[NMM_MIXING_DEPTH + 1][NMM_MIXING_DEPTH], part[NMM_MIXING_DEPTH];
+    double a[NMM_MIXING_DEPTH + 1][NMM_MIXING_DEPTH] = {{0}}, part[NMM_MIXING_DEPTH] = {0};
     for (int i = 0; i < m; i++) {
         for (int j = 0; j <= i; j++)
             a[i][j] = nmm_sum_product(n, mixing->changes[i], mixing->changes[j], n_thread);
