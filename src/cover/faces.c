@@ -156,11 +156,15 @@ static nmm_status fill_areas(nmm_cut *cut) {
     judge_faces(body, &walk);
     for (int k = 0; k < body->n_area; k++) {
         if (walk.touched[k]) continue;
+        const nmm_mark mark = body->area[k].area->mark;
         if (body->area[k].kind == NMM_AREA_HOLE) {
-            return nmm_scene_reject(cut->context, cut->scene, body->area[k].area->mark,
+            return nmm_scene_reject(cut->context, cut->scene, mark,
                                     "this hole lies outside the domain");
         }
-        if (body->area[k].kind == NMM_AREA_REGION) cut->report->n_region_outside += 1;
+        if (body->area[k].kind != NMM_AREA_REGION) continue;
+        cut->report->n_region_outside += 1;
+        TRY(nmm_scene_warn(cut->context, cut->scene, mark,
+                           "this region lies outside the domain and changes nothing"));
     }
     return NMM_OK;
 }

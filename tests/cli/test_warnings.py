@@ -82,6 +82,12 @@ class Warnings(Case):
         self.silent(TWO_MATERIALS.replace("clay", "rock"))
         self.silent(TWO_MATERIALS.replace("0.5]", "1]"))
 
+    def test_region_outside(self):
+        corner = SQUARE.replace("[1, 1]", "[1, 0.4], [0.4, 0.4], [0.4, 1]")
+        region = "regions:\n  - {circle: {center: [0.8, 0.8], radius: 0.1}, material: clay}\n"
+        self.check(corner + region, 9, "this region lies outside the domain and changes nothing")
+        self.silent(SQUARE + region)
+
     def test_supports_that_disagree(self):
         self.check(TWO_MOTIONS, 10, "line 9", "along x")
         self.silent(ONE_MOTION)
