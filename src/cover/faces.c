@@ -164,7 +164,7 @@ static nmm_status fill_areas(nmm_cut *cut) {
         if (body->area[k].kind != NMM_AREA_REGION) continue;
         cut->report->n_region_outside += 1;
         TRY(nmm_scene_warn(cut->context, cut->scene, mark,
-                           "this region lies outside the domain and changes nothing"));
+                           "no material lies inside this region: it changes nothing"));
     }
     return NMM_OK;
 }
