@@ -82,11 +82,12 @@ class Warnings(Case):
         self.silent(TWO_MATERIALS.replace("clay", "rock"))
         self.silent(TWO_MATERIALS.replace("0.5]", "1]"))
 
-    def test_region_outside(self):
-        corner = SQUARE.replace("[1, 1]", "[1, 0.4], [0.4, 0.4], [0.4, 1]")
-        region = "regions:\n  - {circle: {center: [0.8, 0.8], radius: 0.1}, material: clay}\n"
-        self.check(corner + region, 9, "this region lies outside the domain and changes nothing")
-        self.silent(SQUARE + region)
+    def test_region_in_a_hole(self):
+        circle = "{circle: {center: [0.5, 0.5], radius: %s}%s}\n"
+        scene = SQUARE + "holes:\n  - " + circle % (0.3, "") + "regions:\n  - "
+        self.check(scene + circle % (0.2, ", material: clay"), 11,
+                   "no material lies inside this region: it changes nothing")
+        self.silent(scene + circle % (0.35, ", material: clay"))
 
     def test_supports_that_disagree(self):
         self.check(TWO_MOTIONS, 10, "line 9", "along x")
