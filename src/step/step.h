@@ -19,6 +19,9 @@
 /// How far covers may go at most, as a part of their size, before all of the matrix is made anew.
 #define NMM_DRIFT 1e-2
 
+/// Residual of a linear solve over that before, where it knows of friction: passes gain no more.
+#define NMM_COUPLED_TOLERANCE 1e-2
+
 /// Limits of one step.
 enum {
     NMM_MAX_PASS = 40,  // open-close passes of one try

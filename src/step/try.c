@@ -26,8 +26,12 @@ static void restore_start(nmm_sim *sim) {
     }
 }
 
-// Held covers go where they are prescribed; the others have not moved yet.
-static void begin_move(nmm_sim *sim, double end) {
+// Where there is contact the motion of the last step goes on, so that most contacts have the modes
+// they will have; but not after a try that failed. Held covers go where they are prescribed.
+static void begin_move(nmm_sim *sim, double h, double end) {
+    const bool goes_on = sim->search != NULL && sim->report.cuts == 0 && !sim->settings.is_static;
+    for (int i = 0; goes_on && i < 2 * sim->model.n_cover; i++)
+        sim->state.displacement[i] += h * sim->state.mean_velocity[i];
     nmm_system_hold(&sim->model, &sim->state, end);
     for (int i = 0; i < 2 * sim->model.n_cover; i++)
         sim->moved[i] = sim->state.displacement[i] - sim->start_displacement[i];
@@ -89,7 +93,9 @@ static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
         [NMM_SCENE_BLOCKS_CLUSTER] = NMM_BLOCKS_CLUSTER,
         [NMM_SCENE_BLOCKS_BODY] = NMM_BLOCKS_BODY,
     };
+    const bool couples = sim->search != NULL && !sim->comparable;
     return (nmm_solve_options){
+        .coupling = couples ? &sim->system.coupling : NULL,
         .method = nmm_step_method(sim),
         .blocks = blocks[settings->blocks],
         .precision =
@@ -114,7 +120,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
 static void guess_change(nmm_sim *sim, double h, int pass) {
     double *change = sim->system.change;
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
-        change[i] = pass == 0 ? h * sim->state.velocity[i] : 0;
+        change[i] = pass == 0 && sim->search == NULL ? h * sim->state.velocity[i] : 0;
     }
     if (sim->system.fixed == NULL) return;
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
@@ -146,6 +152,10 @@ static nmm_status solve_pass(nmm_sim *sim, double h, int pass, bool anew,
     TRY(open_solver(sim));
     guess_change(sim, h, pass);
     const nmm_solve_options options = solve_options(sim, pass);
+    if (options.coupling != NULL) {
+        TRY(nmm_system_couple(&sim->context, system, &sim->model, &sim->state));
+        system->coupling.tolerance = NMM_COUPLED_TOLERANCE;
+    }
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
     TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
                             system->change, system->keep_pattern, &options, report));
@@ -426,7 +436,7 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
         *outcome = NMM_TRY_SOLVER;
         return NMM_OK;
     }
-    if (!go_mixed(sim, p, step)) go_along(sim, p, step);
+    if (solved.coupled || !go_mixed(sim, p, step)) go_along(sim, p, step);
     p->n += 1;
     sim->report.passes += 1;
     sim->summary.open_close_iterations += 1;
@@ -450,7 +460,7 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     *outcome = NMM_TRY_SETTLED;
     nmm_mixing_reset(&sim->mixing);
     restore_start(sim);
-    begin_move(sim, step.end);
+    begin_move(sim, h, step.end);
     nmm_system_load(&sim->system, &sim->model, step.end);
     look_again(sim, &p, &step);
     while (*outcome == NMM_TRY_SETTLED) {

@@ -233,3 +233,34 @@ bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const n
     system->made = true;
     return true;
 }
+
+// --- Coupling
+
+static void add_term(nmm_system *system, const nmm_contact *contact, const int cover[6], int p) {
+    const nmm_spring *spring = &system->spring[p];
+    nmm_coupling_term *term = &system->coupling.term[system->coupling.n++];
+    const double stiffness =
+        contact->normal_stiffness * contact->shear_force / contact->normal_force;
+    memcpy(term->row, cover, sizeof term->row);
+    memcpy(term->push, spring->shear, sizeof term->push);
+    for (int i = 0; i < 12; i++)
+        term->pull[i / 2][i % 2] = stiffness * spring->normal[i / 2][i % 2];
+}
+
+nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
+                             const nmm_state *state) {
+    const nmm_couples *couples = &system->couples;
+    TRY(nmm_grow(context, &system->coupling.term, &system->coupling_capacity, state->n_contact,
+                 sizeof(nmm_coupling_term)));
+    system->coupling.n = 0;
+    for (int q = 0; q < couples->n; q++) {
+        int cover[6];
+        nmm_couple_covers(model, couples->element + 2 * (long)q, cover);
+        for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
+            const nmm_contact *contact = &state->contact[couples->order[p] / 2];
+            const bool slides = contact->mode == NMM_CONTACT_SLIDE && contact->normal_force > 0;
+            if (slides) add_term(system, contact, cover, p);
+        }
+    }
+    return NMM_OK;
+}

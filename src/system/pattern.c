@@ -206,7 +206,7 @@ void nmm_system_destroy(nmm_context *context, nmm_system *system) {
         &system->acceleration, &system->load,          &system->support_force,
         &system->pull,         &system->edge_force,    &system->contact_force,
         &system->scale,        &system->stiffness,     &system->base_value,
-        &system->spring,       &system->mode,          &system->spring_mode,
+        &system->coupling.term, &system->spring,       &system->mode,          &system->spring_mode,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);

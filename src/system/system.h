@@ -98,6 +98,8 @@ typedef struct nmm_system {
     unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
     bool made;                  // K was made for the contacts as they are listed
     int spring_capacity;
+    nmm_coupling coupling;  // of the contacts that slide, nmm_system_couple
+    int coupling_capacity;
     double contact_squares; // [N2/m2] sum of squares of the normal stiffness of closed contacts
 } nmm_system;
 
@@ -133,6 +135,11 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
 /// Newton matrix of a place near by. Returns whether any value changed.
 bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, double h, bool anew);
+
+/// system->coupling: what K leaves out, the change of friction with the pressure of contacts that
+/// slide. Belongs to K as it is.
+nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
+                             const nmm_state *state);
 
 /// What a new list of contacts means for the couples.
 typedef enum nmm_couples_change {
