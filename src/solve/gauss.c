@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// Minimal residuals for a system with a coupling, preconditioned by one symmetric Gauss-Seidel sweep
-// of its symmetric part: x = (D + U)^-1 D y, where y leaves least of (D + L)^-1 (f - K x), after
-// Saad and Schultz (1986) and Eisenstat (1981). Rows of a body that has three are eliminated as
-// one. A coupling may leave a system that no iteration gets far with: then this gives up after a
+// Minimal residuals for a system with a coupling, preconditioned by one symmetric Gauss-Seidel
+// sweep of its symmetric part: x = (D + U)^-1 D y, where y leaves least of (D + L)^-1 (f - K x),
+// after Saad and Schultz (1986) and Eisenstat (1981). Rows of a body that has three are eliminated
+// as one. A coupling may leave a system that no iteration gets far with: then this gives up after a
 // few, says so, and is left out for some solves. What always holds: solved means that |f - K u| was
 // measured, the coupling included.
 
 #include "gauss.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 // Part of the residual allowed at which the iteration ends: what it measures is not the true one.
@@ -22,6 +20,20 @@
 
 // A pivot below this part of its diagonal element counts as none.
 #define SINGULAR 1e-14
+
+// Prices in nanoseconds of one core of about 3 GHz, as in choose.c.
+#define PER_BLOCK 0.7   // a 2x2 block in a product, forward and backward
+#define PER_ROW 20.0    // waits for the one before, twice; and its share of directions
+#define PER_LUMP 30.0   // the same for three rows
+#define PER_NUMBER 0.2  // of the factor, twice for each solve with it
+#define ANALYSE 30.0    // by block
+#define FIRST_WORK 10.0 // of a factor not known yet, by block
+
+// Orders of magnitude that an iteration gains where nothing is known, and solves after which that
+// counts again.
+#define RATE_OF_SWEEPS 0.2
+#define RATE_OF_FACTOR 0.6
+#define MEMORY 100
 
 // --- Memory
 
@@ -35,6 +47,7 @@ static void release(nmm_context *context, nmm_gauss *g) {
 void nmm_gauss_destroy(nmm_context *context, nmm_gauss **gauss) {
     if (*gauss == NULL) return;
     release(context, *gauss);
+    nmm_factor_destroy(context, &(*gauss)->factor);
     nmm_release(context, gauss);
 }
 
@@ -139,8 +152,34 @@ static void rotate(triangle *r, int k) {
     r->n = k + 1;
 }
 
-// u += (D + U)^-1 D times the best combination of the directions.
-static void add_best(const nmm_solver *s, nmm_gauss *g, const triangle *r) {
+// The preconditioned residual, the first direction.
+static void begin(const nmm_solver *s, nmm_gauss *g, int kind) {
+    const size_t size = 2 * (size_t)s->n * sizeof(double);
+    if (kind == NMM_GAUSS_FACTOR) {
+        memcpy(g->basis, s->wide.r, size);
+        return;
+    }
+    // (D + L)^-1 r is the forward half of a product whose t and v are zero.
+    memset(g->t, 0, size);
+    s->variant->gauss_forward(s, g, g->t, g->t, s->wide.r, g->ahead, g->basis);
+}
+
+// w = preconditioned product with v. With the factor of K itself that is v and the coupling's part.
+static void multiply(const nmm_solver *s, nmm_gauss *g, int kind, const double *v, double *w) {
+    if (kind == NMM_GAUSS_FACTOR) {
+        s->variant->apply_factor(&g->factor, v, g->t);
+        s->variant->couple(s->options.coupling, s->n, g->t, g->extra);
+        for (int i = 0; i < 2 * s->n; i++)
+            w[i] = v[i] + g->extra[i];
+        return;
+    }
+    s->variant->gauss_backward(s, g, v, g->t);
+    s->variant->couple(s->options.coupling, s->n, g->t, g->extra);
+    s->variant->gauss_forward(s, g, v, g->t, g->extra, g->ahead, w);
+}
+
+// u += what the best combination of the directions stands for.
+static void add_best(const nmm_solver *s, nmm_gauss *g, int kind, const triangle *r) {
     const int n = 2 * s->n;
     double part[NMM_GAUSS_MOST];
     for (int i = r->n - 1; i >= 0; i--) {
@@ -153,7 +192,10 @@ static void add_best(const nmm_solver *s, nmm_gauss *g, const triangle *r) {
     for (int j = 0; j < r->n; j++)
         for (int i = 0; i < n; i++)
             g->ahead[i] += part[j] * g->basis[(long)j * n + i];
-    s->variant->gauss_backward(s, g, g->ahead, g->t);
+    if (kind == NMM_GAUSS_FACTOR)
+        s->variant->apply_factor(&g->factor, g->ahead, g->t);
+    else
+        s->variant->gauss_backward(s, g, g->ahead, g->t);
     for (int i = 0; i < n; i++)
         s->wide.u[i] += g->t[i];
 }
@@ -173,40 +215,66 @@ static void scale(double *x, int n, double factor) {
 }
 
 // From the residual in wide.r, until it should be `gain` times smaller, `most` iterations at most.
-static int minimise(const nmm_solver *s, nmm_gauss *g, double gain, int most) {
+static int minimise(const nmm_solver *s, nmm_gauss *g, int kind, double gain, int most) {
     const int n = 2 * s->n;
-    const nmm_variant *kernel = s->variant;
     triangle r = {.n = 0};
-    // (D + L)^-1 of the residual: the forward sweep of a product without t, v and with extra = r.
-    memset(g->t, 0, (size_t)n * sizeof(double));
-    kernel->gauss_forward(s, g, g->t, g->t, s->wide.r, g->ahead, g->basis);
+    begin(s, g, kind);
     const double first = sqrt(nmm_sum_product(n, g->basis, g->basis, 1));
     if (!(first > 0 && first < INFINITY)) return 0;
     scale(g->basis, n, 1 / first);
     r.rest[0] = first;
     for (int k = 0; k < most && fabs(r.rest[k]) > gain * first; k++) {
         double *v = g->basis + (long)k * n, *w = v + n;
-        kernel->gauss_backward(s, g, v, g->t);
-        kernel->couple(s->options.coupling, s->n, g->t, g->extra);
-        kernel->gauss_forward(s, g, v, g->t, g->extra, g->ahead, w);
-        const double length = kernel->orthogonalise(g->basis, k + 1, n, w, r.part[k]);
+        multiply(s, g, kind, v, w);
+        const double length = s->variant->orthogonalise(g->basis, k + 1, n, w, r.part[k]);
         r.part[k][k + 1] = length;
         rotate(&r, k);
         if (!(length > 0 && length < INFINITY)) break;
         scale(w, n, 1 / length);
     }
-    add_best(s, g, &r);
+    add_best(s, g, kind, &r);
     return r.n;
 }
 
 // --- Control
 
-static void give_up(nmm_gauss *g) {
-    g->pause = g->next_pause;
-    g->next_pause = nmm_min_int(2 * g->next_pause + 1, LONGEST_PAUSE);
+// The kind that promises the least work for `gain` orders of magnitude.
+static int choose(const nmm_gauss *g, const nmm_bsr *K, double gain) {
+    const double n_block = K->row_start[K->n_row], n = K->n_row;
+    const double sweeps = gain / g->rate[NMM_GAUSS_SWEEPS];
+    const double per_row = g->lump == 3 ? PER_LUMP / 3 : PER_ROW;
+    const double of_sweeps = sweeps * (PER_BLOCK * n_block + per_row * n);
+    const double solves = 1 + gain / g->rate[NMM_GAUSS_FACTOR];
+    double of_factor = 0;
+    if (nmm_factor_knows(&g->factor, K))
+        of_factor += g->factor.work + 2 * PER_NUMBER * g->factor.n_number * solves;
+    else
+        of_factor += (FIRST_WORK + ANALYSE / nmm_max_int(2, g->n_kept)) * n_block;
+    return of_factor < of_sweeps ? NMM_GAUSS_FACTOR : NMM_GAUSS_SWEEPS;
 }
 
-static void iterate(nmm_solver *s, nmm_gauss *g, nmm_solve_report *report, double *norm) {
+static void remember(nmm_gauss *g, bool kept) {
+    if (g->solves++ % MEMORY == 0) {
+        g->rate[NMM_GAUSS_SWEEPS] = RATE_OF_SWEEPS;
+        g->rate[NMM_GAUSS_FACTOR] = RATE_OF_FACTOR;
+    }
+    g->n_kept = kept ? g->n_kept + 1 : 0;
+}
+
+// What the kind needs of the matrix; *made: it is there.
+static nmm_status prepare(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
+                          int kind, bool *made) {
+    if (kind == NMM_GAUSS_SWEEPS) {
+        *made = make_lumps(g, s, K);
+        return NMM_OK;
+    }
+    TRY(nmm_factor_analyse(context, &g->factor, K));
+    TRY(nmm_factor_reserve(context, &g->factor));
+    *made = s->variant->make_factor(&g->factor, K->value) < 0;
+    return NMM_OK;
+}
+
+static void iterate(nmm_solver *s, nmm_gauss *g, int kind, nmm_solve_report *report, double *norm) {
     memset(s->wide.u, 0, 2 * (size_t)s->n * sizeof(double));
     memcpy(s->wide.r, s->wide.f, 2 * (size_t)s->n * sizeof(double));
     *norm = s->norm;
@@ -214,10 +282,51 @@ static void iterate(nmm_solver *s, nmm_gauss *g, nmm_solve_report *report, doubl
     while (*norm > s->limit && *norm < 0.5 * before && report->iterations < NMM_GAUSS_MOST) {
         before = *norm;
         report->iterations +=
-            minimise(s, g, MARGIN * s->limit / *norm, NMM_GAUSS_MOST - report->iterations);
+            minimise(s, g, kind, MARGIN * s->limit / *norm, NMM_GAUSS_MOST - report->iterations);
         *norm = true_norm(s, g);
-        if (getenv("GDBG")) fprintf(stderr, "gauss it %d norm %.3e from %.3e limit %.3e lump %d terms %d\n", report->iterations, *norm, before, s->limit, g->lump, s->options.coupling->n);
     }
+    if (!(*norm < s->norm)) *norm = s->norm;
+    const double gain = *norm > 0 ? log10(s->norm / *norm) : 0;
+    if (report->iterations > 0) g->rate[kind] = nmm_max(gain, 0.1) / report->iterations;
+}
+
+// After a failure some solves are left out, twice as many each time.
+static void judge(nmm_gauss *g, bool solved) {
+    if (solved) {
+        g->next_pause = 0;
+        return;
+    }
+    g->pause = g->next_pause;
+    g->next_pause = nmm_min_int(2 * g->next_pause + 1, LONGEST_PAUSE);
+}
+
+static nmm_status try_kind(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
+                           int kind, nmm_solve_report *report, double *norm) {
+    bool made = false;
+    *norm = INFINITY;
+    TRY(prepare(context, s, g, K, kind, &made));
+    if (made) iterate(s, g, kind, report, norm);
+    return NMM_OK;
+}
+
+static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
+                      double *u, nmm_solve_report *report) {
+    double norm = 0;
+    const double gain = s->limit < s->norm ? log10(s->norm / s->limit) : 0.1;
+    const int kind = choose(g, K, gain);
+    TRY(try_kind(context, s, g, K, kind, report, &norm));
+    if (!(norm <= s->limit)) {
+        judge(g, false);
+        return NMM_OK;
+    }
+    judge(g, true);
+    s->guess_norm = s->norm;
+    nmm_solver_finish(s, norm, u, report);
+    report->method = kind == NMM_GAUSS_FACTOR ? NMM_SOLVE_DIRECT : NMM_SOLVE_PCG;
+    report->why = kind == NMM_GAUSS_FACTOR ? "a direct solve promises the least work"
+                                           : "Gauss-Seidel sweeps promise the least work";
+    report->coupled = report->end == NMM_SOLVE_CONVERGED;
+    return NMM_OK;
 }
 
 nmm_status nmm_gauss_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
@@ -237,19 +346,10 @@ nmm_status nmm_gauss_solve(nmm_context *context, nmm_solver *solver, const nmm_b
     own.n_thread = 1;
     own.tolerance = nmm_max(own.tolerance, options->coupling->tolerance);
     TRY(nmm_solver_prepare(context, solver, K, keep_pattern, &own));
+    remember(g, solver->pattern_kept);
     bool ready = false;
     TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
-    if (!ready) return NMM_OK;
-    double norm = INFINITY;
-    if (make_lumps(g, solver, K)) iterate(solver, g, report, &norm);
-    if (!(norm <= solver->limit)) {
-        give_up(g);
-        return NMM_OK;
-    }
-    g->next_pause = 0;
-    solver->guess_norm = solver->norm;
-    nmm_solver_finish(solver, norm, u, report);
-    report->coupled = *done = report->end == NMM_SOLVE_CONVERGED;
-    report->why = "Gauss-Seidel sweeps with the coupling of friction promise the least work";
+    if (ready) TRY(run(context, solver, g, K, u, report));
+    *done = report->coupled;
     return NMM_OK;
 }

@@ -7,8 +7,7 @@
 
 // Sum of the blocks begin .. end - 1 of a row, from the last to the first, so
 // that what was found last is waited for last.
-static inline void sum_down(const nmm_solver *s, const double *x, int begin, int end,
-                            double y[2]) {
+static inline void sum_down(const nmm_solver *s, const double *x, int begin, int end, double y[2]) {
     wide_lanes sum = {0, 0, 0, 0};
     for (int k = end - 1; k >= begin; k--) {
         wide_lanes v;
@@ -36,7 +35,7 @@ static inline void sum_up(const nmm_solver *s, const double *x, int begin, int e
 
 // y = x - D^-1 sum for a lump of three rows; inverse[6][8] by columns.
 static inline void take_lump_three(const double *inverse, const double *sum, const double *x,
-                                  double *y) {
+                                   double *y) {
     wide_lanes a = {0}, b = {0}, c = {0}, d = {0};
     for (int j = 0; j < 6; j += 2) {
         wide_lanes left0, left1, right0, right1;
@@ -58,13 +57,13 @@ static inline void take_lump_three(const double *inverse, const double *sum, con
 }
 
 static inline void take_lump_one(const double *inverse, const double *sum, const double *x,
-                                double *y) {
+                                 double *y) {
     y[0] = x[0] - (inverse[0] * sum[0] + inverse[1] * sum[1]);
     y[1] = x[1] - (inverse[2] * sum[0] + inverse[3] * sum[1]);
 }
 
 static inline void take_lump(const nmm_gauss *g, int lump, const double *sum, const double *x,
-                            double *y) {
+                             double *y) {
     if (g->lump == 3)
         take_lump_three(g->inverse + 48 * (long)lump, sum, x, y);
     else
@@ -87,8 +86,8 @@ static void gauss_backward(const nmm_solver *s, const nmm_gauss *g, const double
 
 // y = (D + L)^-1 (K + coupling) t for t = (D + U)^-1 D v; `extra` is the coupling's part of the
 // product. `ahead` becomes y - t.
-static void gauss_forward(const nmm_solver *s, const nmm_gauss *g, const double *v,
-                          const double *t, const double *extra, double *ahead, double *y) {
+static void gauss_forward(const nmm_solver *s, const nmm_gauss *g, const double *v, const double *t,
+                          const double *extra, double *ahead, double *y) {
     const int m = g->lump;
     for (int lump = 0; lump < s->n / m; lump++) {
         double sum[6];

@@ -219,8 +219,8 @@ typedef void nmm_multiply(const nmm_solver *solver, const double *x, double *y);
 typedef void nmm_gauss_backward(const nmm_solver *solver, const struct nmm_gauss *gauss,
                                 const double *v, double *t);
 typedef void nmm_gauss_forward(const nmm_solver *solver, const struct nmm_gauss *gauss,
-                               const double *v, const double *t, const double *extra,
-                               double *ahead, double *y);
+                               const double *v, const double *t, const double *extra, double *ahead,
+                               double *y);
 typedef void nmm_gauss_couple(const nmm_coupling *coupling, int n_row, const double *x,
                               double *extra);
 typedef double nmm_gauss_orthogonalise(const double *basis, int m, int n, double *w, double *part);

@@ -13,6 +13,17 @@
 
 // --- Parts of a pass
 
+// What the passes of one try remember.
+typedef struct passes {
+    double unbalance[NMM_MAX_PASS + 1]; // [N] after pass k
+    int n, raised;
+    double drift; // [m] bound of how far the covers have gone since the matrix was made anew
+    double drift_allowed; // [m]
+    nmm_contact_verdict verdict;
+    bool in_vain; // the last solve knew of friction, and the pass gained little
+    int n_vain;   // passes of this kind
+} passes;
+
 static void restore_start(nmm_sim *sim) {
     const nmm_model *model = &sim->model;
     nmm_state *state = &sim->state;
@@ -85,7 +96,17 @@ static double unbalance_allowed(const nmm_sim *sim) {
     return sim->settings.tolerance * sim->system.force_scale + sim->rounding;
 }
 
-static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
+// Is the solve to know of friction? Where that was in vain, because contacts slide to and fro, the
+// next one does not, as surely and slowly as symmetric passes go; at the second time none does.
+static bool couples(const nmm_sim *sim, const passes *p) {
+    return sim->search != NULL && !sim->comparable && p->n_vain < 2 && !p->in_vain;
+}
+
+static int count_flips(const nmm_contact_verdict *verdict) {
+    return verdict->n_opened + verdict->n_closed + verdict->n_slipped + verdict->n_stuck;
+}
+
+static nmm_solve_options solve_options(const nmm_sim *sim, const passes *p) {
     const nmm_scene_settings *settings = &sim->settings;
     static const nmm_solve_blocks blocks[] = {
         [NMM_SCENE_BLOCKS_AUTO] = NMM_BLOCKS_AUTO,
@@ -93,9 +114,8 @@ static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
         [NMM_SCENE_BLOCKS_CLUSTER] = NMM_BLOCKS_CLUSTER,
         [NMM_SCENE_BLOCKS_BODY] = NMM_BLOCKS_BODY,
     };
-    const bool couples = sim->search != NULL && !sim->comparable;
     return (nmm_solve_options){
-        .coupling = couples ? &sim->system.coupling : NULL,
+        .coupling = couples(sim, p) ? &sim->system.coupling : NULL,
         .method = nmm_step_method(sim),
         .blocks = blocks[settings->blocks],
         .precision =
@@ -104,7 +124,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
         .place = sim->comparable ? NULL : sim->model.cover_place,
         .body = sim->comparable ? NULL : sim->model.cover_block,
         // Within a step only: matrices of other steps differ more.
-        .reuse = pass > 0,
+        .reuse = p->n > 0,
         .tolerance = settings->solver_tolerance,
         // Later passes solve for small corrections: no need to go far below the balance asked for.
         .absolute = 0.2 * unbalance_allowed(sim),
@@ -143,18 +163,19 @@ static void count_solve(nmm_summary *summary, const nmm_solve_report *report) {
     summary->on_device |= report->on_device;
 }
 
-static nmm_status solve_pass(nmm_sim *sim, double h, int pass, bool anew,
+static nmm_status solve_pass(nmm_sim *sim, const passes *p, double h, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
     nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
     sim->rounding = rounding_of(sim, h);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     TRY(open_solver(sim));
-    guess_change(sim, h, pass);
-    const nmm_solve_options options = solve_options(sim, pass);
+    guess_change(sim, h, p->n);
+    const nmm_solve_options options = solve_options(sim, p);
     if (options.coupling != NULL) {
         TRY(nmm_system_couple(&sim->context, system, &sim->model, &sim->state));
-        system->coupling.tolerance = NMM_COUPLED_TOLERANCE;
+        const bool quiet = count_flips(&p->verdict) == 0;
+        system->coupling.tolerance = quiet ? NMM_QUIET_TOLERANCE : NMM_COUPLED_TOLERANCE;
     }
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
     TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
@@ -199,10 +220,6 @@ static double largest_move(const nmm_sim *sim) {
 static double unbalance(const nmm_sim *sim) {
     const double *r = sim->system.residual;
     return sqrt(nmm_sum_product(2 * sim->model.n_cover, r, r, sim->context.n_thread));
-}
-
-static int count_flips(const nmm_contact_verdict *verdict) {
-    return verdict->n_opened + verdict->n_closed + verdict->n_slipped + verdict->n_stuck;
 }
 
 // Eight passes that hardly gained on those before: more will not help.
@@ -315,15 +332,6 @@ static const char *name_of_end(nmm_solve_end end) {
 
 // --- The loop
 
-// What the passes of one try remember.
-typedef struct passes {
-    double unbalance[NMM_MAX_PASS + 1]; // [N] after pass k
-    int n, raised;
-    double drift; // [m] bound of how far the covers have gone since the matrix was made anew
-    double drift_allowed; // [m]
-    nmm_contact_verdict verdict;
-} passes;
-
 // What to do after a residual.
 typedef enum judgement { SOLVE_ON, LOOK_AGAIN, TRY_ENDED } judgement;
 
@@ -379,7 +387,8 @@ static void go_along(nmm_sim *sim, passes *p, const nmm_step_state *step) {
     const double enough = NMM_OVERSHOOT * work_along(sim);
     double low = 0, low_work = enough / NMM_OVERSHOOT, high = 1;
     double work = go_further(sim, p, step, 1), high_work = work, at = 1, last = work;
-    if (sim->search == NULL || work >= -enough) return;
+    // With friction a change need not begin downhill.
+    if (sim->search == NULL || enough <= 0 || work >= -enough) return;
     for (int k = 0; k < NMM_MAX_LOOK && fabs(work) > enough; k++) {
         const double share = nmm_max(0.05, nmm_min(0.95, low_work / (low_work - high_work)));
         const double next = low + share * (high - low);
@@ -427,7 +436,7 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
     // Without sliding the matrix is the exact derivative: a fresh one gains digits by the square.
     const bool exact = p->verdict.n_sliding == 0;
     const bool anew = p->n == 0 || exact || p->drift > p->drift_allowed;
-    TRY(solve_pass(sim, step->h, p->n, anew, &solved));
+    TRY(solve_pass(sim, p, step->h, anew, &solved));
     p->drift = (anew ? 0 : p->drift) + largest_change(sim);
     if (solved.end != NMM_SOLVE_CONVERGED) {
         snprintf(sim->report.reason, sizeof sim->report.reason,
@@ -436,7 +445,10 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
         *outcome = NMM_TRY_SOLVER;
         return NMM_OK;
     }
+    if (solved.coupled) nmm_mixing_reset(&sim->mixing);
     if (solved.coupled || !go_mixed(sim, p, step)) go_along(sim, p, step);
+    p->in_vain = solved.coupled && !(unbalance(sim) < NMM_GAINED * p->unbalance[p->n]);
+    p->n_vain += p->in_vain;
     p->n += 1;
     sim->report.passes += 1;
     sim->summary.open_close_iterations += 1;

@@ -194,19 +194,20 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
 
 void nmm_system_destroy(nmm_context *context, nmm_system *system) {
     void *owned[] = {
-        &system->K.row_start,  &system->K.col,         &system->K.value,
-        &system->K.diagonal,   &system->residual,      &system->change,
-        &system->base_start,   &system->base_col,      &system->base_slot,
-        &system->element_mass, &system->base_mass,     &system->cover_mass,
-        &system->elastic,      &system->support_start, &system->cover_support,
-        &system->edge_start,   &system->cover_edge,    &system->fixed,
-        &system->reaction,     &system->place,         &system->column,
-        &system->start_stress, &system->start_load,    &system->start_reaction,
-        &system->row_room,     &system->piola,         &system->element_force,
-        &system->acceleration, &system->load,          &system->support_force,
-        &system->pull,         &system->edge_force,    &system->contact_force,
-        &system->scale,        &system->stiffness,     &system->base_value,
-        &system->coupling.term, &system->spring,       &system->mode,          &system->spring_mode,
+        &system->K.row_start,   &system->K.col,         &system->K.value,
+        &system->K.diagonal,    &system->residual,      &system->change,
+        &system->base_start,    &system->base_col,      &system->base_slot,
+        &system->element_mass,  &system->base_mass,     &system->cover_mass,
+        &system->elastic,       &system->support_start, &system->cover_support,
+        &system->edge_start,    &system->cover_edge,    &system->fixed,
+        &system->reaction,      &system->place,         &system->column,
+        &system->start_stress,  &system->start_load,    &system->start_reaction,
+        &system->row_room,      &system->piola,         &system->element_force,
+        &system->acceleration,  &system->load,          &system->support_force,
+        &system->pull,          &system->edge_force,    &system->contact_force,
+        &system->scale,         &system->stiffness,     &system->base_value,
+        &system->coupling.term, &system->spring,        &system->mode,
+        &system->spring_mode,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);

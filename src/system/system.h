@@ -98,7 +98,7 @@ typedef struct nmm_system {
     unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
     bool made;                  // K was made for the contacts as they are listed
     int spring_capacity;
-    nmm_coupling coupling;  // of the contacts that slide, nmm_system_couple
+    nmm_coupling coupling; // of the contacts that slide, nmm_system_couple
     int coupling_capacity;
     double contact_squares; // [N2/m2] sum of squares of the normal stiffness of closed contacts
 } nmm_system;
