@@ -29,6 +29,9 @@
 /// vain.
 #define NMM_GAINED 0.8
 
+/// Part of the unbalanced forces allowed that the first pass of a try may leave.
+#define NMM_FIRST_PASS 0.1
+
 /// Limits of one step.
 enum {
     NMM_MAX_PASS = 40,  // open-close passes of one try
