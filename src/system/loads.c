@@ -297,16 +297,21 @@ static nmm_status add_load(placing *p, const nmm_scene_load *from, int element, 
     return NMM_OK;
 }
 
-// The force of a traction on the part a - b of an edge of an element: where the functions are
-// linear its middle carries it exactly, else two Gauss points do.
-static nmm_status load_part(placing *p, const nmm_scene_load *from, int element, nmm_vec2 a,
-                            nmm_vec2 b) {
-    const nmm_vec2 ab = nmm_vec2_sub(b, a);
-    const double length = sqrt(nmm_vec2_dot(ab, ab));
-    if (p->model->order == 0) return add_load(p, from, element, nmm_vec2_mix(a, b, 0.5), length);
-    const double off = 0.5 / sqrt(3.0);
-    TRY(add_load(p, from, element, nmm_vec2_mix(a, b, 0.5 - off), 0.5 * length));
-    return add_load(p, from, element, nmm_vec2_mix(a, b, 0.5 + off), 0.5 * length);
+// The force of a traction on the part low .. high [m] of its segment a - b, on an element: where
+// the functions are linear its middle carries it exactly, else two Gauss points do.
+static nmm_status load_part(placing *p, const nmm_scene_load *from, int element, double low,
+                            double high) {
+    const nmm_vec2 a = nmm_vec2_sub(from->a, p->model->origin);
+    const nmm_vec2 b = nmm_vec2_sub(from->b, p->model->origin), ab = nmm_vec2_sub(b, a);
+    const double length = sqrt(nmm_vec2_dot(ab, ab)), middle = 0.5 * (low + high) / length;
+    const double off = 0.5 / sqrt(3.0) * (high - low) / length;
+    if (p->model->order == 0)
+        return add_load(p, from, element, nmm_vec2_mix(a, b, middle), high - low);
+    for (int k = -1; k <= 1; k += 2) {
+        const nmm_vec2 place = nmm_vec2_mix(a, b, middle + k * off);
+        TRY(add_load(p, from, element, place, 0.5 * (high - low)));
+    }
+    return NMM_OK;
 }
 
 // A traction acts on the parts of the outer boundary that lie on the segment.
@@ -325,8 +330,7 @@ static nmm_status load_segment(placing *p, const nmm_scene_load *from) {
         const double s = nmm_vec2_dot(ab, q) / length, t = nmm_vec2_dot(ab, r) / length;
         const double low = nmm_max(0, nmm_min(s, t)), high = nmm_min(length, nmm_max(s, t));
         if (high - low <= 0) continue;
-        TRY(load_part(p, from, model->edge_element[v], nmm_vec2_mix(a, b, low / length),
-                      nmm_vec2_mix(a, b, high / length)));
+        TRY(load_part(p, from, model->edge_element[v], low, high));
     }
     return NMM_OK;
 }
