@@ -73,6 +73,7 @@ typedef struct nmm_draft_point {
 typedef struct nmm_draft_vertex {
     int point, next, prev, element;
     int interface, mate;
+    int part, n_part; // order > 0: of an edge that is divided; else 0 of 1
 } nmm_draft_vertex;
 
 /// The model while it grows, body by body.

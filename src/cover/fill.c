@@ -170,6 +170,32 @@ static void fill_points(const nmm_cut *cut, nmm_model *model) {
     }
 }
 
+// Weights at a vertex that divides a loop edge, eq. (2.17): their trapezoid sum over the edge's n
+// parts is the integral of each function, so that a uniform pressure acts as it should.
+static void weights_between(const nmm_cut *cut, const nmm_model *model, int v, double *weight) {
+    const nmm_draft *draft = &cut->draft;
+    const nmm_draft_vertex *vertex = &draft->vertex[v];
+    const int n = vertex->n_part, first = v - vertex->part, m = model->n_local;
+    const int start = draft->vertex[first].point;
+    const int end = draft->vertex[draft->vertex[first + n - 1].next].point;
+    double low[NMM_MOST_LOCAL], high[NMM_MOST_LOCAL];
+    weights_at(cut, model, vertex->element, draft->point[vertex->point].place, weight);
+    weights_at(cut, model, vertex->element, draft->point[start].place, low);
+    weights_at(cut, model, vertex->element, draft->point[end].place, high);
+    const double along = (double)vertex->part / n, bulge = n == 2 ? 1.0 / 3 : 1.0 / 8;
+    for (int i = 3; i < m; i++)
+        weight[i] += bulge * (weight[i] - (1 - along) * low[i] - along * high[i]);
+}
+
+// Weights at the start of loop edge v, in that edge's element.
+static void weights_at_start(const nmm_cut *cut, const nmm_model *model, int v, double *weight) {
+    const nmm_draft_vertex *vertex = &cut->draft.vertex[v];
+    if (vertex->part > 0)
+        weights_between(cut, model, v, weight);
+    else
+        weights_at(cut, model, vertex->element, cut->draft.point[vertex->point].place, weight);
+}
+
 static void fill_vertices(const nmm_cut *cut, nmm_model *model) {
     const nmm_draft *draft = &cut->draft;
     for (int v = 0; v < draft->n_vertex; v++) {
@@ -184,8 +210,15 @@ static void fill_vertices(const nmm_cut *cut, nmm_model *model) {
         model->edge_element[v] = vertex->element;
         model->edge_interface[v] = vertex->interface;
         model->edge_mate[v] = vertex->mate;
-        weights_at(cut, model, vertex->element, draft->point[vertex->point].place, weight);
-        weights_at(cut, model, vertex->element, draft->point[end].place, weight + model->n_local);
+        weights_at_start(cut, model, v, weight);
+        if (vertex->part + 1 < vertex->n_part)
+            weights_between(cut, model, v + 1, weight + model->n_local);
+        else
+            weights_at(cut, model, vertex->element, draft->point[end].place,
+                       weight + model->n_local);
+        // What divides an edge is no corner of an element: it has the weights of its vertex.
+        if (vertex->part > 0)
+            weights_between(cut, model, v, model->point_weight + model->n_local * vertex->point);
     }
 }
 
