@@ -79,7 +79,8 @@ static void fill_element(const nmm_model *model, const nmm_state *state, nmm_ela
         }
         const double area = model->sample_area[s];
         for (int i = 0; i < m; i++) {
-            const double gx = area * element.gradient[2 * i], gy = area * element.gradient[2 * i + 1];
+            const double gx = area * element.gradient[2 * i],
+                         gy = area * element.gradient[2 * i + 1];
             force[2 * i] += P.xx * gx + P.xy * gy;
             force[2 * i + 1] += P.yx * gx + P.yy * gy;
         }
@@ -127,9 +128,8 @@ void nmm_curved_stiffness(const nmm_model *model, const nmm_state *state, nmm_el
     for (int s = model->sample_start[e]; s < model->sample_start[e + 1]; s++) {
         const nmm_strain strain = strain_at(model, &element, e, s);
         const double *initial = state->sample_initial + 3 * (long)s;
-        const nmm_stiffness k =
-            nmm_stiffness_of(elastic, &strain, 0.5 * (initial[0] + initial[1]),
-                             share * model->sample_area[s], element.gradient);
+        const nmm_stiffness k = nmm_stiffness_of(elastic, &strain, 0.5 * (initial[0] + initial[1]),
+                                                 share * model->sample_area[s], element.gradient);
         add_stiffness(&k, &strain, &element, K);
     }
     mirror(element.m, K);

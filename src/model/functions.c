@@ -49,7 +49,8 @@ void nmm_functions_gradient(const nmm_model *model, int e, const double linear[3
             gradient[2 * (6 + a) + x] =
                 s * ((2 * w[a] - w[b]) * w[b] * ga + (w[a] - 2 * w[b]) * w[a] * gb);
             if (a == 0)
-                gradient[2 * 9 + x] = w[b] * w[c] * ga + w[a] * w[c] * gb + w[a] * w[b] * g[2 * c + x];
+                gradient[2 * 9 + x] =
+                    w[b] * w[c] * ga + w[a] * w[c] * gb + w[a] * w[b] * g[2 * c + x];
         }
     }
 }

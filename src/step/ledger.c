@@ -27,9 +27,11 @@ static element_sums add_sums(element_sums a, element_sums b) {
 // sum_ij mass_ij a_i . b_j over n functions
 static inline double mass_product(int n, const double *mass, const double *a, const double *b) {
     double sum = 0;
-    for (int k = 0; k < n * n; k++) {
-        const double *x = a + 2 * (k / n), *y = b + 2 * (k % n);
-        sum += mass[nmm_pair_index(n, k / n, k % n)] * (x[0] * y[0] + x[1] * y[1]);
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            const double product = a[2 * i] * b[2 * j] + a[2 * i + 1] * b[2 * j + 1];
+            sum += mass[nmm_pair_index(n, i, j)] * product;
+        }
     }
     return sum;
 }

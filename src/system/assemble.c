@@ -144,7 +144,7 @@ static void make_spring(nmm_system *system, const nmm_model *model, const nmm_st
     spring[8 * m] = contact->normal_stiffness;
     spring[8 * m + 1] = contact->mode == NMM_CONTACT_STICK ? contact->shear_stiffness : 0;
     if (system->fixed == NULL) return;
-    int cover[2 * NMM_MOST_LOCAL];
+    int cover[2 * NMM_MOST_LOCAL] = {0};
     nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
     hold_spring(spring, system->fixed, cover, m);
 }

@@ -126,7 +126,7 @@ static void list_covers(nmm_couples *couples, const nmm_model *model) {
     const int n_side = 2 * model->n_local;
     memset(start, 0, ((size_t)model->n_cover + 1) * sizeof *start);
     for (int q = 0; q < couples->n; q++) {
-        int cover[2 * NMM_MOST_LOCAL];
+        int cover[2 * NMM_MOST_LOCAL] = {0};
         nmm_couple_covers(model, couples->element + 2 * (long)q, cover);
         for (int i = 0; i < n_side; i++)
             start[cover[i] + 1] += 1;
@@ -135,7 +135,7 @@ static void list_covers(nmm_couples *couples, const nmm_model *model) {
         start[c + 1] += start[c];
     // Filled from the back, so that start[c + 1] ends where c begins.
     for (int q = couples->n - 1; q >= 0; q--) {
-        int cover[2 * NMM_MOST_LOCAL];
+        int cover[2 * NMM_MOST_LOCAL] = {0};
         nmm_couple_covers(model, couples->element + 2 * (long)q, cover);
         for (int i = n_side - 1; i >= 0; i--)
             couples->cover_couple[--start[cover[i] + 1]] = n_side * q + i;

@@ -212,8 +212,7 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
     }
     TRY(build_base(context, system, model));
     const size_t n_pair = (size_t)(model->n_local * (model->n_local + 1) / 2);
-    TRY(nmm_allocate(context, &system->element_mass, n_element * n_pair,
-                     sizeof(double)));
+    TRY(nmm_allocate(context, &system->element_mass, n_element * n_pair, sizeof(double)));
     TRY(nmm_allocate(context, &system->base_mass, (size_t)system->base_start[n], sizeof(double)));
     TRY(nmm_allocate(context, &system->cover_mass, n, sizeof(double)));
     build_mass(system, model, settings->mass == NMM_MASS_LUMPED);
@@ -339,7 +338,7 @@ static void place_couple(nmm_system *system, const nmm_model *model, int q) {
     const int *element = system->couples.element + 2 * (long)q;
     const int m = model->n_local, n_side = 2 * m;
     int *slot = system->couples.slot + n_side * n_side * (long)q;
-    int cover[2 * NMM_MOST_LOCAL];
+    int cover[2 * NMM_MOST_LOCAL] = {0};
     nmm_couple_covers(model, element, cover);
     for (int i = 0; i < n_side; i++) {
         const int row = cover[i], own = i / m;
