@@ -45,13 +45,17 @@ typedef struct element_motion {
 
 static inline void take_motion(const nmm_sim *sim, int e, double h, int n, element_motion *m) {
     const int *cover = sim->model.element_cover + n * (long)e;
-    for (int i = 0; i < 2 * n; i++) {
-        const int k = 2 * cover[i / 2] + i % 2;
-        m->d[i] = sim->state.displacement[k];
-        m->v[i] = sim->state.velocity[k];
-        m->way[i] = sim->moved[k];
-        m->end[i] = h > 0 ? 2 * m->way[i] / h - sim->start_velocity[k] : 0;
-        m->rate[i] = h > 0 ? (m->end[i] - sim->start_velocity[k]) / h : 0;
+    for (int i = 0; i < n; i++) {
+        for (int x = 0; x < 2; x++) {
+            const int k = 2 * cover[i] + x;
+            const double v0 = sim->start_velocity[k], way = sim->moved[k];
+            const double end = h > 0 ? 2 * way / h - v0 : 0;
+            m->d[2 * i + x] = sim->state.displacement[k];
+            m->v[2 * i + x] = sim->state.velocity[k];
+            m->way[2 * i + x] = way;
+            m->end[2 * i + x] = end;
+            m->rate[2 * i + x] = h > 0 ? (end - v0) / h : 0;
+        }
     }
 }
 
@@ -137,7 +141,7 @@ static double support_energy(const nmm_sim *sim) {
 
 double nmm_ledger_contact_work(const nmm_sim *sim) {
     double sum = 0;
-    for (int i = 0; i < 2 * sim->model.n_cover; i++)
+    for (int i = 0; i < 2 * sim->model.n_cover && sim->system.contact_force != NULL; i++)
         sum += sim->system.contact_force[i] * sim->moved[i];
     return sum;
 }
