@@ -217,6 +217,7 @@ nmm_status nmm_sim_check(nmm_sim *sim, nmm_check *check) {
         .area = sim->cover.area,
         .mean_area = sim->cover.mean_area,
         .smallest_area = sim->cover.smallest_area,
+        .whole_blocks = model->whole_blocks,
         .cover_size = model->size,
         .memory_bytes = (double)sim->context.live_bytes + solver,
     };

@@ -106,6 +106,8 @@ double nmm_bench_median(int n, double *value);
 /// Name of the host's processor, or of the device that a target run uses.
 nmm_status nmm_bench_host(nmm_bench *bench, const char **name);
 nmm_status nmm_bench_target(nmm_bench *bench, const char **name);
+/// The one or the other, into a cell of the last row.
+nmm_status nmm_bench_say_machine(nmm_bench *bench, int column, bool on_target);
 
 // --- Scenes
 
