@@ -65,8 +65,8 @@ static bool needs_contact(const nmm_model *model) {
     return false;
 }
 
-static nmm_status open_contact(nmm_sim *sim) {
-    if (!needs_contact(&sim->model)) return NMM_OK;
+static nmm_status open_contact(nmm_sim *sim, bool always) {
+    if (!always && !needs_contact(&sim->model)) return NMM_OK;
     // Contacts are found once a step: nothing may pass through an edge within it.
     sim->allowed = nmm_min(sim->allowed, 0.25 * sim->model.size);
     const nmm_contact_options options = {
@@ -137,7 +137,7 @@ static nmm_status build(nmm_sim *sim, const nmm_sim_def *def) {
     TRY(nmm_state_create(&sim->context, &sim->model, &sim->state));
     nmm_loads_start(&sim->scene, &sim->model, &sim->state);
     complete_settings(sim);
-    TRY(open_contact(sim));
+    TRY(open_contact(sim, def->search_always != 0));
     const bool scene_says = def->device == NMM_DEVICE_SCENE;
     TRY(choose_backend(sim, scene_says ? sim->settings.device : def->device));
     TRY(nmm_system_create(&sim->context, &sim->model, &sim->settings, &sim->system));
@@ -221,7 +221,8 @@ nmm_status nmm_sim_check(nmm_sim *sim, nmm_check *check) {
         .cover_size = model->size,
         .memory_bytes = (double)sim->context.live_bytes + solver,
     };
-    return NMM_OK;
+    TRY(nmm_costs_weigh(sim, &sim->costs));
+    return nmm_sim_describe(sim);
 }
 
 void nmm_sim_interrupt(nmm_sim *sim) {

@@ -231,7 +231,7 @@ static void add_row(nmm_system *system, const nmm_model *model, int c) {
         const double sum = load - inner[x] - inertia[x] + support[x] + contact[x];
         system->residual[2 * c + x] = held ? 0 : sum;
         if (held) system->reaction[2 * c + x] = -sum;
-        system->contact_force[2 * c + x] = contact[x];
+        if (system->contact_force != NULL) system->contact_force[2 * c + x] = contact[x];
         system->scale[c] += load * load + inner[x] * inner[x] + inertia[x] * inertia[x] +
                             support[x] * support[x] + contact[x] * contact[x];
     }

@@ -86,8 +86,8 @@ typedef struct nmm_system {
     double *support_force; // [n_support][2] N
     unsigned char *mode;   // [n_contact] nmm_contact_mode
     double *pull;          // [n_contact][3][2] N on the vertex and on the ends of the edge
-    double *edge_force;    // [n_vertex][2][2] N, contact forces on the ends of a loop edge
-    double *contact_force; // [n_cover][2] N
+    double *edge_force;    // [n_vertex][2][2] N, contact forces on the ends of a loop edge; NULL:
+    double *contact_force; // [n_cover][2] N       no contact so far
     double *scale;         // [n_cover] N2: squares of the forces in a row
 
     // Of the matrix.
