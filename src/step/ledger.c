@@ -80,8 +80,10 @@ static void add_curved(const nmm_sim *sim, int e, const element_motion *motion,
     const nmm_elastic elastic = nmm_elastic_of(&model->material[model->element_material[e]]);
     const double *force = sim->system.element_force + 2 * model->n_local * (long)e;
     sums->strain = nmm_curved_energy(model, &sim->state, elastic, e);
-    for (int i = 0; i < 2 * model->n_local; i++)
-        sums->inner += force[i] * motion->way[i];
+    for (int i = 0; i < model->n_local; i++) {
+        for (int x = 0; x < 2; x++)
+            sums->inner += force[2 * i + x] * motion->way[2 * i + x];
+    }
 }
 
 // Sums of an element with n functions; h = 0: only the stored energies.

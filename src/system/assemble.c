@@ -204,7 +204,6 @@ static inline void add_couples(nmm_system *system, int c, int m) {
 static void change_spring(nmm_system *system, int q, int p, double sign, int m) {
     if (system->spring_mode[p] == NMM_CONTACT_OPEN) return;
     const double *spring = spring_of(system, p, m);
-    system->contact_squares += sign * spring[8 * m] * spring[8 * m];
     for (int i = 0; i < 2 * m; i++) {
         double row[8 * NMM_MOST_LOCAL];
         memset(row, 0, 8 * (size_t)m * sizeof *row);
@@ -259,11 +258,6 @@ static void make_all(const nmm_context *context, nmm_system *system, const nmm_m
         base_row(system, model, c, inertia);
         if (system->fixed != NULL) remove_held(system, c);
         fill_row(system, model, c);
-    }
-    system->contact_squares = 0;
-    for (int k = 0; k < state->n_contact; k++) {
-        const double kn = state->contact[k].normal_stiffness;
-        if (system->mode[k] != NMM_CONTACT_OPEN) system->contact_squares += kn * kn;
     }
 }
 

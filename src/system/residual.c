@@ -270,9 +270,4 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int c = 0; c < n; c++)
         add_row(system, model, c);
-    // One root per row keeps the sum of squares from overflowing before it is needed.
-    double total = 0;
-    for (int c = 0; c < n; c++)
-        total += system->scale[c];
-    system->force_scale = sqrt(total);
 }

@@ -40,10 +40,9 @@ typedef struct nmm_couples {
 /// Pattern, matrix and vectors of the run; owned by the simulation.
 typedef struct nmm_system {
     nmm_bsr K;
-    double *residual;   // [n_cover][2] N
-    double *change;     // [n_cover][2] m: solution of a pass
-    bool keep_pattern;  // the pattern is that of the last call of nmm_system_pattern
-    double force_scale; // [N] norm of all forces of the last residual: what it is measured against
+    double *residual;  // [n_cover][2] N
+    double *change;    // [n_cover][2] m: solution of a pass
+    bool keep_pattern; // the pattern is that of the last call of nmm_system_pattern
 
     // Constant over the run.
     int *base_start, *base_col; // pattern of the elements alone
@@ -96,7 +95,6 @@ typedef struct nmm_system {
     unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
     bool made;                  // K was made for the contacts as they are listed
     int spring_capacity;
-    double contact_squares; // [N2/m2] sum of squares of the normal stiffness of closed contacts
 } nmm_system;
 
 /// Numbers of a spring in nmm_system.spring, for elements with m functions.
@@ -127,7 +125,7 @@ void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_
 /// start of the step, where its forces are means.
 void nmm_system_load(nmm_system *system, const nmm_model *model, double time);
 
-/// system->residual and force_scale at state->displacement, position and contact forces.
+/// system->residual and scale at state->displacement, position and contact forces.
 void nmm_system_residual(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, const nmm_step_state *step);
 
