@@ -66,6 +66,8 @@ typedef struct nmm_sim_def {
     const char *const *override; ///< "key.path=value", as of `nmm run --set`
     int n_thread;                ///< host threads; 0: all
     int comparable;              ///< 1: the solver keeps to what host and target both have
+    int search_always;           ///< 1: looks for contacts also where nothing can touch, to measure
+                                 ///< what leaving it out saves
     nmm_device_choice device;
     void *(*allocate)(void *user, void *old, size_t size); ///< realloc-like hook; NULL: C library
     void *user;                                            ///< given to the hook

@@ -104,20 +104,30 @@ static void gauss_forward(const nmm_solver *s, const nmm_gauss *g, const double 
     }
 }
 
+// extra += coupling x, for terms of m rows.
+static inline void add_terms(const nmm_coupling *coupling, int m, const double *x, double *extra) {
+    for (int k = 0; k < coupling->n; k++) {
+        const int *row = coupling->row + (long)m * k;
+        const double *push = coupling->push + 2 * (long)m * k;
+        const double *pull = coupling->pull + 2 * (long)m * k;
+        double sum[2] = {0, 0};
+        for (int i = 0; i < m; i++)
+            for (int c = 0; c < 2; c++)
+                sum[c] += pull[2 * i + c] * x[2 * (long)row[i] + c];
+        const double both = sum[0] + sum[1];
+        for (int i = 0; i < m; i++)
+            for (int c = 0; c < 2; c++)
+                extra[2 * (long)row[i] + c] += both * push[2 * i + c];
+    }
+}
+
 // extra = coupling x.
 static void couple(const nmm_coupling *coupling, int n_row, const double *x, double *extra) {
     memset(extra, 0, 2 * (size_t)n_row * sizeof *extra);
-    for (int k = 0; k < coupling->n; k++) {
-        const nmm_coupling_term *term = &coupling->term[k];
-        double sum[2] = {0, 0};
-        for (int i = 0; i < 6; i++)
-            for (int c = 0; c < 2; c++)
-                sum[c] += term->pull[i][c] * x[2 * (long)term->row[i] + c];
-        const double both = sum[0] + sum[1];
-        for (int i = 0; i < 6; i++)
-            for (int c = 0; c < 2; c++)
-                extra[2 * (long)term->row[i] + c] += both * term->push[i][c];
-    }
+    if (coupling->n_row == 6)
+        add_terms(coupling, 6, x, extra);
+    else
+        add_terms(coupling, coupling->n_row, x, extra);
 }
 
 // Sum of n products, n even, in a fixed order.

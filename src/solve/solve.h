@@ -19,18 +19,13 @@ typedef struct nmm_bsr {
     int *diagonal;  // [n_row] index of the diagonal block of a row
 } nmm_bsr;
 
-/// A part of rank one, push pull^T, that a contact which slides adds to the matrix: a change of its
-/// pressure changes the friction. Six block rows.
-typedef struct nmm_coupling_term {
-    int row[6];
-    double push[6][2], pull[6][2];
-} nmm_coupling_term;
-
-/// The unsymmetric part of a system, (K + sum of push pull^T) u = f.
+/// The unsymmetric part of a system, K + sum of push pull^T: a contact that slides adds a term of
+/// rank one, because a change of its pressure changes its friction.
 typedef struct nmm_coupling {
-    int n;
-    double tolerance; // like that of the options, where the coupling is taken into account
-    nmm_coupling_term *term;
+    int n, n_row;        // terms, block rows of each
+    double tolerance;    // like that of the options, where the coupling is taken into account
+    int *row;            // [n][n_row]
+    double *push, *pull; // [n][n_row][2]
 } nmm_coupling;
 
 typedef enum nmm_solve_method {

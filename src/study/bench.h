@@ -30,7 +30,7 @@ typedef struct nmm_bench_kind {
 typedef struct nmm_trade nmm_trade;
 
 extern const nmm_bench_kind nmm_bench_table1, nmm_bench_fig6, nmm_bench_fig7, nmm_bench_contact,
-    nmm_bench_wall, nmm_bench_growth;
+    nmm_bench_wall, nmm_bench_growth, nmm_bench_only;
 
 typedef struct nmm_bench_cell {
     double number;
@@ -131,6 +131,7 @@ typedef struct nmm_bench_source {
     nmm_device_choice device;
     int n_override;
     const char *override[4];
+    bool search_always; // as in nmm_sim_def
 } nmm_bench_source;
 nmm_status nmm_bench_open(nmm_bench *bench, nmm_sim **sim, const nmm_bench_source *source);
 void nmm_bench_close(nmm_sim **sim);

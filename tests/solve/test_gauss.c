@@ -16,7 +16,8 @@ typedef struct fixture {
     nmm_context context;
     test_system system;
     nmm_solver *solver;
-    nmm_coupling_term term[N_TERM];
+    int row[N_TERM][6];
+    double push[N_TERM][6][2], pull[N_TERM][6][2];
     nmm_coupling coupling;
     nmm_solve_options options;
     nmm_solve_report report;
@@ -38,18 +39,22 @@ static void couple(fixture *x, double strength, uint64_t seed) {
     nmm_random random = nmm_random_seed(seed);
     const nmm_bsr *K = &x->system.K;
     for (int k = 0; k < N_TERM; k++) {
-        nmm_coupling_term *term = &x->term[k];
         const int row = (int)(nmm_random_next(&random) % (uint64_t)K->n_row);
         const int n = K->row_start[row + 1] - K->row_start[row];
         for (int i = 0; i < 6; i++) {
-            term->row[i] = K->col[K->row_start[row] + i % n];
+            x->row[k][i] = K->col[K->row_start[row] + i % n];
             for (int c = 0; c < 2; c++) {
-                term->push[i][c] = between(&random);
-                term->pull[i][c] = strength * diagonal_of(K, row) * between(&random) / 6;
+                x->push[k][i][c] = between(&random);
+                x->pull[k][i][c] = strength * diagonal_of(K, row) * between(&random) / 6;
             }
         }
     }
-    x->coupling = (nmm_coupling){.n = N_TERM, .tolerance = 1e-9, .term = x->term};
+    x->coupling = (nmm_coupling){.n = N_TERM,
+                                 .n_row = 6,
+                                 .tolerance = 1e-9,
+                                 .row = x->row[0],
+                                 .push = x->push[0][0],
+                                 .pull = x->pull[0][0]};
 }
 
 static void open_solver(fixture *x, double strength) {
@@ -125,12 +130,11 @@ static double residual_with_coupling(const fixture *x) {
     assert_int_equal(nmm_allocate(&own, &f, (size_t)n, sizeof *f), NMM_OK);
     memcpy(f, x->system.f, (size_t)n * sizeof *f);
     for (int k = 0; k < x->coupling.n; k++) {
-        const nmm_coupling_term *term = &x->term[k];
         double sum = 0;
         for (int i = 0; i < 12; i++)
-            sum += term->pull[i / 2][i % 2] * x->u[2 * term->row[i / 2] + i % 2];
+            sum += x->pull[k][i / 2][i % 2] * x->u[2 * x->row[k][i / 2] + i % 2];
         for (int i = 0; i < 12; i++)
-            f[2 * term->row[i / 2] + i % 2] -= sum * term->push[i / 2][i % 2];
+            f[2 * x->row[k][i / 2] + i % 2] -= sum * x->push[k][i / 2][i % 2];
     }
     for (int i = 0; i < n; i++) {
         square += f[i] * f[i];
@@ -204,17 +208,17 @@ static void test_goes_without_what_has_no_solution(void **unused) {
     fixture x;
     set_up_threes(&x, 20, 0);
     const nmm_bsr *K = &x.system.K;
-    nmm_coupling_term *term = x.term;
-    memset(term, 0, sizeof *term);
+    memset(x.row, 0, sizeof x.row);
+    memset(x.push, 0, sizeof x.push);
+    memset(x.pull, 0, sizeof x.pull);
     const int begin = K->row_start[30], end = K->row_start[31];
     assert_int_equal(end - begin, 5);
     for (int k = begin; k < end; k++) {
-        term->row[k - begin] = K->col[k];
-        term->push[k - begin][0] = K->col[k] == 30;
-        term->pull[k - begin][0] = -K->value[4 * k];
-        term->pull[k - begin][1] = -K->value[4 * k + 1];
+        x.row[0][k - begin] = K->col[k];
+        x.push[0][k - begin][0] = K->col[k] == 30;
+        x.pull[0][k - begin][0] = -K->value[4 * k];
+        x.pull[0][k - begin][1] = -K->value[4 * k + 1];
     }
-    term->row[5] = 0;
     x.coupling.n = 1;
     solve(&x);
     assert_false(x.report.coupled);
