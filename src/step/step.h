@@ -30,7 +30,7 @@
 /// vain.
 #define NMM_GAINED 0.8
 
-/// Part of the unbalanced forces allowed that the first pass of a try may leave.
+/// Part of the unbalanced forces allowed that a first pass may leave where the motion goes on.
 #define NMM_FIRST_PASS 0.1
 
 /// Limits of one step.

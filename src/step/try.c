@@ -36,10 +36,15 @@ static void restore_start(nmm_sim *sim) {
     }
 }
 
-// Where there is contact the motion of the last step goes on, so that most contacts have the modes
-// they will have; but not after a try that failed. Held covers go where they are prescribed.
+// Where there is contact a try begins where the motion of the last step leads, so that most
+// contacts have the modes they will have; but not after one that failed.
+static bool motion_goes_on(const nmm_sim *sim) {
+    return sim->state.n_contact > 0 && sim->report.cuts == 0 && !sim->settings.is_static;
+}
+
+// Held covers go where they are prescribed.
 static void begin_move(nmm_sim *sim, double h, double end) {
-    const bool goes_on = sim->search != NULL && sim->report.cuts == 0 && !sim->settings.is_static;
+    const bool goes_on = motion_goes_on(sim);
     for (int i = 0; goes_on && i < 2 * sim->model.n_cover; i++)
         sim->state.displacement[i] += h * sim->state.mean_velocity[i];
     nmm_system_hold(&sim->model, &sim->state, end);
@@ -68,9 +73,11 @@ static nmm_status open_solver(nmm_sim *sim) {
 }
 
 // Is the solve to know of friction? Where that was in vain, because contacts slide to and fro, the
-// next one does not, as surely and slowly as symmetric passes go; at the second time none does.
+// next one does not, as surely and slowly as symmetric passes go; at the second time none does. A
+// system that is to be written is solved as it is written.
 static bool couples(const nmm_sim *sim, const passes *p) {
-    return sim->search != NULL && !sim->comparable && p->n_vain < 2 && !p->in_vain;
+    if (sim->state.n_contact == 0 || sim->comparable || sim->dump.write != NULL) return false;
+    return p->n_vain < 2 && !p->in_vain;
 }
 
 static int count_flips(const nmm_contact_verdict *verdict) {
@@ -110,8 +117,9 @@ static nmm_solve_options solve_options(const nmm_sim *sim, const passes *p) {
 // First guess of a pass: the motion goes on; later passes start from no correction.
 static void guess_change(nmm_sim *sim, double h, int pass) {
     double *change = sim->system.change;
+    const bool guessed = pass == 0 && !motion_goes_on(sim);
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
-        change[i] = pass == 0 && sim->search == NULL ? h * sim->state.velocity[i] : 0;
+        change[i] = guessed ? h * sim->state.velocity[i] : 0;
     }
     if (sim->system.fixed == NULL) return;
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
@@ -214,7 +222,8 @@ static double largest_move(const nmm_sim *sim) {
 // Do forces balance, eq. (4.5)? What a first pass leaves points along the motion, step by step, and
 // adds up in the ledger.
 static bool balanced(nmm_sim *sim, const passes *p, double h) {
-    return worst_balance(sim, h) <= (p->n == 1 ? NMM_FIRST_PASS : 1);
+    const bool first = p->n == 1 && motion_goes_on(sim);
+    return worst_balance(sim, h) <= (first ? NMM_FIRST_PASS : 1);
 }
 
 // Norm of the unbalanced forces, by the weights of the try [N]: does it gain? Not next to the
