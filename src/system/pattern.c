@@ -168,6 +168,19 @@ static nmm_status build_holds(nmm_context *context, nmm_system *system, const nm
     return NMM_OK;
 }
 
+// Order > 0: only covers of nodes take part in rigid motions.
+static nmm_status build_bodies(nmm_context *context, nmm_system *system, const nmm_model *model) {
+    if (model->order == 0) return NMM_OK;
+    TRY(nmm_allocate(context, &system->body, (size_t)model->n_cover, sizeof(int)));
+    for (int c = 0; c < model->n_cover; c++)
+        system->body[c] = -1;
+    for (int k = 0; k < 3 * model->n_element; k++) {
+        const int c = model->element_cover[model->n_local * (long)(k / 3) + k % 3];
+        system->body[c] = model->cover_block[c];
+    }
+    return NMM_OK;
+}
+
 // What each residual and each matrix fills.
 static nmm_status allocate_passes(nmm_context *context, nmm_system *system,
                                   const nmm_model *model) {
@@ -221,6 +234,7 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
     TRY(list_by_cover(context, model, model->n_vertex, model->edge_element, &system->edge_start,
                       &system->cover_edge));
     TRY(build_holds(context, system, model));
+    TRY(build_bodies(context, system, model));
     TRY(nmm_couples_create(context, &system->couples, model));
     system->K.n_row = model->n_cover;
     return allocate_passes(context, system, model);
@@ -228,26 +242,47 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
 
 void nmm_system_destroy(nmm_context *context, nmm_system *system) {
     void *owned[] = {
-        &system->K.row_start,   &system->K.col,
-        &system->K.value,       &system->K.diagonal,
-        &system->residual,      &system->change,
-        &system->base_start,    &system->base_col,
-        &system->base_slot,     &system->element_mass,
-        &system->base_mass,     &system->cover_mass,
-        &system->elastic,       &system->support_start,
-        &system->cover_support, &system->edge_start,
-        &system->cover_edge,    &system->fixed,
-        &system->reaction,      &system->place,
-        &system->column,        &system->start_stress,
-        &system->start_load,    &system->start_reaction,
-        &system->row_room,      &system->piola,
-        &system->element_force, &system->acceleration,
-        &system->load,          &system->support_force,
-        &system->pull,          &system->edge_force,
-        &system->contact_force, &system->scale,
-        &system->stiffness,     &system->base_value,
-        &system->spring,        &system->mode,
-        &system->spring_mode,   &system->curved_stiffness,
+        &system->K.row_start,
+        &system->K.col,
+        &system->K.value,
+        &system->K.diagonal,
+        &system->residual,
+        &system->change,
+        &system->base_start,
+        &system->base_col,
+        &system->base_slot,
+        &system->element_mass,
+        &system->base_mass,
+        &system->cover_mass,
+        &system->elastic,
+        &system->support_start,
+        &system->cover_support,
+        &system->edge_start,
+        &system->cover_edge,
+        &system->fixed,
+        &system->reaction,
+        &system->place,
+        &system->column,
+        &system->start_stress,
+        &system->start_load,
+        &system->start_reaction,
+        &system->row_room,
+        &system->piola,
+        &system->element_force,
+        &system->acceleration,
+        &system->load,
+        &system->support_force,
+        &system->pull,
+        &system->edge_force,
+        &system->contact_force,
+        &system->scale,
+        &system->stiffness,
+        &system->base_value,
+        &system->spring,
+        &system->mode,
+        &system->spring_mode,
+        &system->body,
+        &system->curved_stiffness,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);

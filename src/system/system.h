@@ -56,6 +56,7 @@ typedef struct nmm_system {
         *cover_edge;      // n_local * loop edge + place of the cover in its element, by cover
     double *reaction;     // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
     unsigned char *fixed; // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
+    int *body;            // [n_cover] order > 0: block of a node's cover, -1: others; else NULL
     double damping;       // [1/s]
     double share;         // of the end of a step in its mean forces: 2 beta, 1 in Shi's scheme
 
@@ -100,6 +101,11 @@ typedef struct nmm_system {
 /// Numbers of a spring in nmm_system.spring, for elements with m functions.
 static inline int nmm_spring_size(int m) {
     return 8 * m + 2;
+}
+
+/// Of each cover, the body that it moves rigidly with others, for a coarse correction.
+static inline const int *nmm_system_body(const nmm_system *system, const nmm_model *model) {
+    return system->body != NULL ? system->body : model->cover_block;
 }
 
 /// The step that the residual belongs to.
