@@ -36,6 +36,8 @@ void nmm_model_destroy(nmm_context *context, nmm_model *model) {
 #define FIELD(type, name, count, width, unit, meaning) nmm_release(context, &model->name);
 #include "model_fields.inl"
 #undef FIELD
+    nmm_release(context, &model->tie_element);
+    nmm_release(context, &model->tie_gram);
     nmm_release(context, &model->material);
     nmm_release(context, &model->interface);
     nmm_release(context, &model->support);

@@ -94,6 +94,11 @@ static void base_row(nmm_system *system, const nmm_model *model, int c, double i
     else
         add_curved(system, model, c);
     add_supports(system, model, c);
+    if (model->n_tie == 0 || system->tie_start[c] == system->tie_start[c + 1]) return;
+    for (long k = begin; k < end; k++) {
+        const double tie = system->share * system->tie_stiffness[k];
+        add_diagonal(system->base_value + 4 * k, tie, tie);
+    }
 }
 
 // Held unknowns leave the system: their couplings vanish, their diagonal stays as a scale.
