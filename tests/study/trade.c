@@ -171,6 +171,17 @@ static void luck_is_called_so(void **unused) {
     for (int k = 0; nmm_bench_note(bench, k) != NULL; k++)
         said += strstr(nmm_bench_note(bench, k), "finer size the error grows") != NULL;
     assert_int_equal(said, 1);
+    // It is not named as the cheapest: the finer one is further off than what is wanted.
+    const double lucky = number(bench, row_named(bench, "covers.size=6.8"), "error");
+    const double finer = number(bench, row_named(bench, "covers.size=3.4"), "error");
+    assert_true(lucky < finer);
+    nmm_bench_destroy(bench);
+    def.want = 0.01 * 0.5 * (lucky + finer);
+    bench = measure(&def);
+    const int cheapest = nmm_trade_result_of(bench).cheapest;
+    assert_true(cheapest >= 0);
+    assert_int_not_equal(cheapest, row_named(bench, "covers.size=6.8"));
+    assert_true(number(bench, cheapest, "error") <= 100 * def.want);
     nmm_bench_destroy(bench);
 }
 
