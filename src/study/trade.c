@@ -183,6 +183,7 @@ static nmm_status put_row(nmm_bench *bench, const nmm_trade_setting *setting, co
     TRY(put_end(bench, out));
     if (out->status == NMM_OK) {
         row->completed = out->summary.end == NMM_END_COMPLETED && !out->too_long;
+        bench->trade->too_long = bench->trade->too_long || out->too_long;
         row->seconds = out->seconds;
         memcpy(row->value, out->value, sizeof row->value);
         nmm_bench_set(bench, NMM_TRADE_COLUMN_UNKNOWNS, out->summary.unknowns);

@@ -20,6 +20,9 @@
 /// An error that is so many times that of a coarser run is worth a word.
 #define GROWS 1.1
 
+/// An error at most so many times another one is no worse, where it takes less time.
+#define NEARLY 1.05
+
 // --- Vectors
 
 static double dot(const nmm_trade *trade, const double *a, const double *b) {
@@ -189,9 +192,13 @@ static nmm_status put_errors(nmm_bench *bench) {
     return NMM_OK;
 }
 
-static bool dominates(const nmm_trade_row *a, const nmm_trade_row *b) {
-    return a->seconds <= b->seconds && a->error <= b->error &&
-           (a->seconds < b->seconds || a->error < b->error);
+// Errors below what the reference is known to are the same, and so are those that a slower run
+// betters by next to nothing.
+static bool dominates(const nmm_trade_row *a, const nmm_trade_row *b, double unsure) {
+    const double e = nmm_max(a->error, unsure), f = nmm_max(b->error, unsure);
+    if (!isfinite(a->error)) return false;
+    if (a->seconds < b->seconds) return e <= NEARLY * f;
+    return a->seconds <= b->seconds && e < f;
 }
 
 static nmm_status find_pareto(nmm_bench *bench) {
@@ -200,7 +207,7 @@ static nmm_status find_pareto(nmm_bench *bench) {
         nmm_trade_row *row = &trade->row[i];
         row->pareto = isfinite(row->error);
         for (int k = 0; row->pareto && k < bench->n_row; k++)
-            row->pareto = !dominates(&trade->row[k], row);
+            row->pareto = !dominates(&trade->row[k], row, trade->result.unsure);
         if (row->pareto)
             TRY(nmm_bench_keep(bench, &nmm_bench_cell_of(bench, i, NMM_TRADE_COLUMN_PARETO)->text,
                                "yes"));
@@ -223,6 +230,12 @@ static int next_of_pareto(const nmm_bench *bench, double after) {
 static nmm_status say_pareto(nmm_bench *bench) {
     int i = next_of_pareto(bench, -1);
     if (i < 0) return NMM_OK;
+    const double unsure = bench->trade->result.unsure;
+    if (unsure > 0)
+        TRY(nmm_bench_remark(bench,
+                             "Errors below %.2g %% are the same: so far the reference is "
+                             "known.",
+                             100 * unsure));
     TRY(nmm_bench_remark(bench, "Pareto set, nothing is both faster and nearer:"));
     for (; i >= 0; i = next_of_pareto(bench, bench->trade->row[i].seconds)) {
         const nmm_trade_row *row = &bench->trade->row[i];
@@ -309,7 +322,8 @@ static nmm_status explain_none(nmm_bench *bench, double want) {
         if (trade->row[i].error < least) least = trade->row[i].error;
     if (!isfinite(least))
         return nmm_bench_words(bench, &trade->result.why,
-                               "no error is known: too few runs completed to compare");
+                               "no error is known: too few runs completed to compare%s",
+                               trade->too_long ? "; give them longer (--longest)" : "");
     if (least <= want)
         return nmm_bench_words(bench, &trade->result.why,
                                "settings come within %.3g %% by luck only: finer mesh or steps "
