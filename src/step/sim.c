@@ -31,14 +31,16 @@ static nmm_status read_scene(nmm_sim *sim, const nmm_sim_def *def) {
 // Steps of statics: from what a wave takes through a cover to where inertia is next to nothing.
 static void complete_static(nmm_sim *sim) {
     nmm_scene_settings *settings = &sim->settings;
-    double fastest = 0;
+    double fastest = 0, slowest = INFINITY;
     for (int m = 0; m < sim->model.n_material; m++) {
         const nmm_material *material = &sim->model.material[m];
-        fastest = nmm_max(fastest, material->youngs_modulus / material->density);
+        const double square = material->youngs_modulus / material->density;
+        fastest = nmm_max(fastest, square);
+        slowest = nmm_min(slowest, square);
     }
-    const double through = sim->model.size / sqrt(fastest);
-    if (settings->dt <= 0) settings->dt = 10 * through;
-    if (settings->dt_max <= settings->dt) settings->dt_max = nmm_max(settings->dt, 1e5 * through);
+    const double longest = 1e5 * sim->model.size / sqrt(slowest);
+    if (settings->dt <= 0) settings->dt = 10 * sim->model.size / sqrt(fastest);
+    if (settings->dt_max <= settings->dt) settings->dt_max = nmm_max(settings->dt, longest);
     if (settings->dt_min <= 0) settings->dt_min = 1e-6 * settings->dt;
 }
 
@@ -139,6 +141,7 @@ static nmm_status build(nmm_sim *sim, const nmm_sim_def *def) {
     const bool scene_says = def->device == NMM_DEVICE_SCENE;
     TRY(choose_backend(sim, scene_says ? sim->settings.device : def->device));
     TRY(nmm_system_create(&sim->context, &sim->model, &sim->settings, &sim->system));
+    TRY(nmm_balance_open(&sim->context, &sim->balance, &sim->model, &sim->system));
     TRY(allocate_start(sim));
     nmm_ledger_start(sim);
     return nmm_sim_describe(sim);
@@ -162,6 +165,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_contact_close(context, &sim->search);
     nmm_system_destroy(context, &sim->system);
     nmm_mixing_close(context, &sim->mixing);
+    nmm_balance_close(context, &sim->balance);
     nmm_release(context, &sim->moved);
     nmm_release(context, &sim->start_displacement);
     nmm_release(context, &sim->start_velocity);
@@ -273,15 +277,21 @@ nmm_status nmm_sim_monitor(const nmm_sim *sim, int k, nmm_reading *reading) {
         .has_velocity = monitor->velocity,
         .has_stress = monitor->stress,
     };
-    for (int i = 0; i < 6; i++) {
-        const int c = sim->model.element_cover[3 * monitor->element + i / 2];
+    const int m = sim->model.n_local;
+    for (int i = 0; i < 2 * m; i++) {
+        const int c = sim->model.element_cover[m * monitor->element + i / 2];
         const double w = monitor->weight[i / 2];
         if (monitor->displacement)
             reading->displacement[i % 2] += w * state->displacement[2 * c + i % 2];
         if (monitor->velocity) reading->velocity[i % 2] += w * state->velocity[2 * c + i % 2];
     }
-    for (int i = 0; i < 3 && monitor->stress; i++) {
+    const bool exact = sim->model.order > 0; // else it is the same all over the element
+    for (int i = 0; i < 3 && monitor->stress; i++)
         reading->stress[i] = state->stress[3 * monitor->element + i];
+    if (monitor->stress && exact) {
+        const int material = sim->model.element_material[monitor->element];
+        nmm_curved_stress_at(&sim->model, state, sim->system.elastic[material], monitor,
+                             reading->stress);
     }
     return NMM_OK;
 }

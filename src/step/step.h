@@ -5,6 +5,7 @@
 #ifndef NMM_STEP_H
 #define NMM_STEP_H
 
+#include "balance.h"
 #include "contact.h"
 #include "cover.h"
 #include "mixing.h"
@@ -77,8 +78,8 @@ struct nmm_sim {
 
     nmm_mixing mixing; // of the passes; open where there is contact
 
-    double rounding; // [N] what rounding leaves of the forces, at the last matrix
-    double speed;    // [m/s] largest motion of a point in the last step
+    nmm_balance balance; // of the forces, block by block
+    double speed;        // [m/s] largest motion of a point in the last step
 
     // The state at the start of the step, to go back to.
     double *start_displacement, *start_velocity; // [n_cover][2]
