@@ -79,6 +79,7 @@ struct nmm_trade {
     int n_setting;
     nmm_trade_setting setting[NMM_TRADE_SETTINGS];
     nmm_trade_row row[NMM_TRADE_SETTINGS]; // [bench->n_row]
+    nmm_trade_knob ladder;                 // that the reference comes from; NMM_TRADE_SCENE: none
     bool too_long;                         // some run was
     int reference_row;                     // a run that is the reference itself; -1: none
     nmm_trade_result result;
