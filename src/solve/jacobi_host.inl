@@ -9,6 +9,7 @@
 #include "solver.h"
 #include "sweeps.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -19,12 +20,22 @@
 #define SINGLE _Pragma("omp master")
 #define JOIN nmm_barrier_wait(s->barrier)
 #define BATCH _Pragma("omp parallel num_threads(s->n_thread)")
+#define SHARED_ROWS                                                                                \
+    _Pragma("omp parallel for schedule(static) num_threads(s->n_thread) if (s->n > 4000)")
+#define PRAGMA(words) _Pragma(#words)
+#define TOGETHER(n) PRAGMA(omp parallel num_threads(n))
+#define TEAM_SIZE omp_get_num_threads()
+#define TEAM_PLACE omp_get_thread_num()
 #else
 #define PARALLEL_FOR
 #define PARALLEL_FOR_LATE
 #define SINGLE
 #define JOIN
 #define BATCH
+#define SHARED_ROWS
+#define TOGETHER(n)
+#define TEAM_SIZE 1
+#define TEAM_PLACE 0
 #endif
 #define SEND(p, n) ((void)(n))
 #define FETCH(p, n) ((void)(n))
@@ -46,6 +57,8 @@ typedef wide_lanes lanes_wide;
 #include "clusters_invert.inl"
 #include "coarse_make.inl"
 #include "factor_make.inl"
+
+#include "factor_apply.inl"
 
 const nmm_variant VARIANT = {.run = run_method,
                              .invert = invert_clusters,

@@ -39,8 +39,8 @@ static void set_up_rock(fixture *x, int n_across, int n_up, double courant) {
 }
 
 static void analyse(fixture *x) {
-    assert_int_equal(nmm_factor_analyse(&x->context, &x->factor, &x->system.K), NMM_OK);
-    assert_int_equal(nmm_factor_reserve(&x->context, &x->factor), NMM_OK);
+    assert_int_equal(nmm_factor_analyse(&x->context, &x->factor, &x->system.K, NULL), NMM_OK);
+    assert_int_equal(nmm_factor_reserve(&x->context, &x->factor, 1), NMM_OK);
 }
 
 // The graph of n_side^2 rows joined to their neighbours across and up.
@@ -337,8 +337,8 @@ static void test_patterns_in_turn(void **state) {
         test_system_random(&context, &system, n, k % 5, 60 + (uint64_t)k);
         double *z = NULL;
         assert_int_equal(nmm_allocate(&context, &z, (size_t)n, 2 * sizeof *z), NMM_OK);
-        assert_int_equal(nmm_factor_analyse(&context, &factor, &system.K), NMM_OK);
-        assert_int_equal(nmm_factor_reserve(&context, &factor), NMM_OK);
+        assert_int_equal(nmm_factor_analyse(&context, &factor, &system.K, NULL), NMM_OK);
+        assert_int_equal(nmm_factor_reserve(&context, &factor, 1), NMM_OK);
         const int trouble = nmm_variant_serial.make_factor(&factor, system.K.value);
         // Rows that nothing joins are zero.
         assert_true(k % 5 == 0 ? trouble >= 0 : trouble == -1);
