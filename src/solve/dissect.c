@@ -16,6 +16,9 @@
 #define LINES 128
 #define LEAST_SIDE 0.3
 
+// Part of the rows on a line at most: in the plane they are few.
+#define MOST_ON_LINE 0.2
+
 // Directions of lines: across, up, and the two between.
 #define DIRECTIONS 2
 
@@ -31,11 +34,11 @@ typedef struct part {
 typedef struct dissection {
     const int *row_start, *col;
     const double *place;
-    int *row;    // [n_row] rows of a part follow one another
-    int *strip;  // [n_row] of a line's direction that a row is in
-    int *inside; // [n_row] number of the part a row is in
-    int part;    // number of the part at hand
-    int *moved;  // [n_row] scratch
+    int *row;     // [n_row] rows of a part follow one another
+    int *strip;   // [n_row] of a line's direction that a row is in
+    int *inside;  // [n_row] number of the part a row is in
+    int part;     // number of the part at hand
+    int *scratch; // [n_row]
 } dissection;
 
 typedef struct line {
@@ -101,7 +104,7 @@ static void find_line(dissection *d, const part *p, line *l) {
         if (part_left < LEAST_SIDE || part_left > 1 - LEAST_SIDE) continue;
         const double skew = 2 * part_left - 1;
         const double cost = on * (1 + 2 * skew * skew);
-        if (cost >= l->cost) continue;
+        if (cost >= l->cost || on > MOST_ON_LINE * n) continue;
         l->cost = cost;
         l->strip = s;
         l->left = on_left <= on_right;
@@ -117,33 +120,26 @@ static bool separates(const dissection *d, const line *l, int i) {
     return false;
 }
 
-// Rows on the left, on the right, and on the line, in this order; the first of each in begin[1..2].
+// Rows on the left, on the right, and on the line, in this order; the first of each in begin.
 static void divide(dissection *d, const part *p, const line *l, int begin[3]) {
-    int n[3] = {0};
+    int *side = d->scratch, n[3] = {0};
     for (int k = p->begin; k < p->end; k++) {
         const int i = d->row[k];
-        const int side = separates(d, l, i) ? 2 : d->strip[i] >= l->strip;
-        d->moved[k] = side;
-        n[side]++;
+        side[k] = separates(d, l, i) ? 2 : d->strip[i] >= l->strip;
+        n[side[k]]++;
     }
     begin[0] = p->begin;
     begin[1] = begin[0] + n[0];
     begin[2] = begin[1] + n[1];
     int at[3] = {begin[0], begin[1], begin[2]};
-    // strip is free now
-    int *old = d->strip;
-    (void)old;
-    for (int k = p->begin; k < p->end; k++) {
-        const int side = d->moved[k];
-        d->moved[k] = at[side]++;
-    }
-    // permute through cycle: use inside as temp? simple: second buffer
-    int *to = d->moved;
+    // Strips have served.
+    int *moved = d->strip;
     for (int k = p->begin; k < p->end; k++)
-        d->strip[to[k]] = d->row[k];
-    memcpy(d->row + p->begin, d->strip + p->begin, (size_t)(p->end - p->begin) * sizeof(int));
+        moved[at[side[k]]++] = d->row[k];
+    memcpy(d->row + p->begin, moved + p->begin, (size_t)(p->end - p->begin) * sizeof(int));
 }
 
+// False: no line is worth it.
 static bool cut(dissection *d, const part *p, int begin[3]) {
     static const double direction[DIRECTIONS][2] = {{1, 0}, {0, 1}};
     line best = {.cost = INFINITY};
@@ -173,7 +169,7 @@ nmm_status nmm_dissect(nmm_context *context, nmm_dissect_room *room, int n_row,
                     .row = number,
                     .strip = number + n_row,
                     .inside = number + 2 * (long)n_row,
-                    .moved = number + 3 * (long)n_row};
+                    .scratch = number + 3 * (long)n_row};
     *stages = (nmm_stages){.row = d.row, .start = number + 4 * (long)n_row};
     for (int i = 0; i < n_row; i++) {
         d.row[i] = i;

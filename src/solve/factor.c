@@ -15,7 +15,7 @@
 #define PER_PRODUCT 0.06
 
 // Smaller systems gain nothing from cuts.
-#define ROWS_TO_DISSECT 9000
+#define ROWS_TO_DISSECT 15000
 
 // By steps of the order, later by fronts, or by rows in order of elimination.
 typedef struct tree {
