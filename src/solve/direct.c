@@ -129,7 +129,7 @@ static nmm_status factorise(nmm_context *context, nmm_direct *d, const nmm_solve
     TRY(analyse(context, d, s, K));
     d->usable = d->fresh = false;
     TRY(nmm_factor_reserve(context, &d->factor, s->n_thread));
-    const int row = s->variant->make_factor(&d->factor, K->value);
+    const int row = nmm_factor_fastest()->make(&d->factor, K->value);
     report->setups++;
     d->n_solve = 0;
     d->spent = d->factor_cost;
@@ -168,7 +168,7 @@ static double true_norm(const nmm_solver *s) {
 // the direction tried, or a number is not finite. *norm: of the recursion's residual.
 static void step(const nmm_direct *d, nmm_solver *s, double *rho, double *norm) {
     const double *z = s->wide.z;
-    s->variant->apply_factor(&d->factor, s->wide.r, s->wide.z);
+    nmm_factor_fastest()->apply(&d->factor, s->wide.r, s->wide.z);
     const int n = 2 * s->n_row;
     const double rho_new = dot(s, s->wide.r, z);
     const double beta = *rho > 0 ? rho_new / *rho : 0;
@@ -246,7 +246,7 @@ static void try_old_factor(nmm_direct *d, nmm_solver *s, const double *u, double
 // than an iteration does.
 static void correct(const nmm_direct *d, nmm_solver *s, const double *u, double *norm,
                     nmm_solve_report *report) {
-    s->variant->apply_factor(&d->factor, s->wide.r, s->wide.z);
+    nmm_factor_fastest()->apply(&d->factor, s->wide.r, s->wide.z);
     for (int i = 0; i < 2 * s->n_row; i++)
         s->wide.u[i] += s->wide.z[i];
     report->iterations++;

@@ -69,7 +69,8 @@ void nmm_factor_destroy(nmm_context *context, nmm_factor *factor) {
     nmm_release(context, &factor->place);
     nmm_release(context, &factor->run);
     nmm_release(context, &factor->value);
-    nmm_release(context, &factor->stack);
+    for (int k = 0; k < 2; k++)
+        nmm_release(context, &factor->stack[k].number);
     nmm_release(context, &factor->tree);
     nmm_release(context, &factor->part);
     nmm_release(context, &factor->top);
@@ -337,6 +338,18 @@ nmm_status nmm_factor_analyse(nmm_context *context, nmm_factor *factor, const nm
 nmm_status nmm_factor_reserve(nmm_context *context, nmm_factor *f, int n_thread) {
     if (f->team == NULL) TRY(nmm_allocate(context, &f->team, 1, sizeof *f->team));
     TRY(nmm_factor_share(context, f, n_thread));
-    TRY(reserve_numbers(context, &f->value, &f->value_capacity, f->n_value));
-    return reserve_numbers(context, &f->stack, &f->stack_capacity, f->n_stack);
+    for (int k = 0; k < 2; k++) {
+        nmm_factor_stack *stack = &f->stack[k];
+        const long n = stack->n_kept + n_thread * stack->n_own + 1; // never without memory
+        TRY(reserve_numbers(context, &stack->number, &stack->capacity, n));
+    }
+    return reserve_numbers(context, &f->value, &f->value_capacity, f->n_value);
+}
+
+const nmm_factor_kernels *nmm_factor_fastest(void) {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f")) return &nmm_factor_avx512;
+    if (__builtin_cpu_supports("avx2")) return &nmm_factor_avx2;
+#endif
+    return &nmm_factor_plain;
 }

@@ -30,8 +30,9 @@ typedef struct nmm_front {
     int row;            // first of its n_row numbers in factor->row and factor->place
     int entry, n_entry; // its blocks of K in factor->entry
     int part;           // of the factor, -1: threads share the front
-    bool kept;          // the rest is for another thread: `rest` counts from factor->stack
-    long column, rest;  // first number in factor->value, in the stack of its thread
+    bool kept;          // what is left is for another thread: `rest` counts from the first stack
+    long column;        // first number in factor->value
+    long rest[2]; // first number of what is left of the matrix, of a vector, in its stack of these
 } nmm_front;
 
 /// Fronts first .. end - 1 are for one thread: whole subtrees.
@@ -45,6 +46,13 @@ typedef struct nmm_front_entry {
     int block, at; // in K; of its first number from the front's first column
 } nmm_front_entry;
 
+/// What is left of fronts until their parents take it: first what passes between threads, then a
+/// stack for each thread.
+typedef struct nmm_factor_stack {
+    double *number;
+    long capacity, n_kept, n_own;
+} nmm_factor_stack;
+
 typedef struct nmm_factor {
     int n_row, n_block;
     int *row_start, *col; // the pattern it was analysed for
@@ -56,27 +64,26 @@ typedef struct nmm_factor {
     int *run;               // of how many from here on the places follow one another
     nmm_front_entry *entry; // [(n_block + n_row) / 2]
     double *value;          // [n_value] columns of L, with inverses on the diagonal
-    double *stack;
-    double *x;      // [n_row][2] a vector in order of elimination
-    nmm_team *team; // threads at work
-    long n_value, n_stack;
+    double *x;              // [n_row][2] a vector in order of elimination
+    nmm_team *team;         // threads at work
+    long n_value;
     // How `n_thread` threads share the work: the parts, larger ones first, then fronts `top`
-    // together. The stack is one for what passes between threads, then one for each thread.
+    // together.
     int n_thread, n_part, n_top;
     nmm_factor_part *part;
     int *top;
-    long n_kept, n_own;
-    double time;     // [ns] of making the numbers then
-    double n_number; // numbers of L that may differ from zero, without padding
-    double work;     // [ns] of making the numbers, by count of operations
-    int *tree;       // scratch of the analysis
+    double time;               // [ns] of making the numbers then
+    nmm_factor_stack stack[2]; // for matrices, for vectors
+    double n_number;           // numbers of L that may differ from zero, without padding
+    double work;               // [ns] of making the numbers, by count of operations
+    int *tree;                 // scratch of the analysis
     nmm_dissect_room stage_room;
     nmm_order_room room;
     // What there is room for.
     int row_capacity, col_capacity, entry_capacity, list_capacity, place_capacity, run_capacity;
     int tree_capacity;
     int part_capacity, top_capacity;
-    long value_capacity, stack_capacity;
+    long value_capacity;
 } nmm_factor;
 
 /// Order and fronts for the pattern of K; nothing to do when it is the one known. Checks no
@@ -92,6 +99,21 @@ bool nmm_factor_knows(const nmm_factor *factor, const nmm_bsr *K);
 /// Room for the numbers of the pattern analysed, and shares for this many threads.
 /// NMM_ERROR_MEMORY.
 nmm_status nmm_factor_reserve(nmm_context *context, nmm_factor *factor, int n_thread);
+
+/// What takes time, in the same text, compiled for any x86-64, for those with AVX2 and for those
+/// with AVX-512. The same bits. Uses the threads of nmm_factor_reserve.
+typedef struct nmm_factor_kernels {
+    /// The numbers of the factor for those of K, whose pattern was analysed, and which has room;
+    /// row of K whose pivot is the first that is not positive, -1: none.
+    int (*make)(nmm_factor *factor, const double *value);
+    /// z = K^-1 r by the factor; both [n_row][2].
+    void (*apply)(const nmm_factor *factor, const double *r, double *z);
+} nmm_factor_kernels;
+
+extern const nmm_factor_kernels nmm_factor_plain, nmm_factor_avx2, nmm_factor_avx512;
+
+/// Those for this processor.
+const nmm_factor_kernels *nmm_factor_fastest(void);
 
 /// Nanoseconds to assemble a front of so many block rows and to eliminate its pivots, on one core.
 double nmm_front_work(int n_pivot, int n_row);

@@ -24,8 +24,10 @@ static void solve_forward(const nmm_front *front, const double *panel, double *x
         const double u = x[j] * a[j], v = (x[j + 1] - a[j + 1] * u) * b[j + 1];
         x[j] = u;
         x[j + 1] = v;
-        for (int i = j + 2; i < n; i++)
-            x[i] = x[i] - a[i] * u - b[i] * v;
+        int row = j + 2;
+        for (; row + LANE <= n; row += LANE)
+            SLOT(x + row) = SLOT(x + row) - SLOT_OF(a + row) * u - SLOT_OF(b + row) * v;
+        if (row < n) PAIR(x + row) = PAIR(x + row) - PAIR_OF(a + row) * u - PAIR_OF(b + row) * v;
         a += n;
         b += n;
         for (int i = 0; i < m; i += LANE)
@@ -84,13 +86,13 @@ static void solve_backward(const nmm_front *front, const double *panel, double *
 // --- Fronts
 
 // What is left of the children's right-hand sides, into that of the pivots and below them.
-static void gather_below(const nmm_factor *f, const nmm_front *front, double *own, double *x,
-                         double *below) {
+static void gather_below(const nmm_factor *f, const nmm_front *front, const own_stacks *own,
+                         double *x, double *below) {
     memset(below, 0, (size_t)front->padded * sizeof(double));
     for (int c = front->child; c >= 0; c = f->front[c].sibling) {
         const nmm_front *child = &f->front[c];
         const int *place = f->place + child->row;
-        const double *left = rest_of(f, child, own);
+        const double *left = rest_of(f, child, own, 1);
         int k = 0;
         for (; k < child->n_row && place[k] < front->n_pivot; k++)
             add_pair(x + 2 * place[k], left + 2 * k);
@@ -99,9 +101,9 @@ static void gather_below(const nmm_factor *f, const nmm_front *front, double *ow
     }
 }
 
-static void go_forward(const nmm_factor *f, const nmm_front *front, double *own) {
+static void go_forward(const nmm_factor *f, const nmm_front *front, const own_stacks *own) {
     const double *panel = f->value + front->column;
-    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, own);
+    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, own, 1);
     gather_below(f, front, own, x, below);
     solve_forward(front, panel, x, below, front->padded);
 }
@@ -114,9 +116,9 @@ static void fetch_below(const nmm_factor *f, const nmm_front *front, double *bel
     if (front->padded > 2 * front->n_row) memset(below + 2 * front->n_row, 0, 16);
 }
 
-static void go_back(const nmm_factor *f, const nmm_front *front, double *own) {
+static void go_back(const nmm_factor *f, const nmm_front *front, const own_stacks *own) {
     const double *panel = f->value + front->column;
-    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, own);
+    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, own, 1);
     fetch_below(f, front, below);
     solve_backward(front, panel, x, below, front->padded);
 }
@@ -130,7 +132,7 @@ static bool is_large(const nmm_front *front) {
 
 static void share_forward(const nmm_factor *f, const nmm_front *front, nmm_hand *h) {
     const double *panel = f->value + front->column;
-    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, NULL);
+    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, NULL, 1);
     for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h)) {
         gather_below(f, front, NULL, x, below);
         solve_forward(front, panel, x, below, 0);
@@ -146,7 +148,7 @@ static void share_forward(const nmm_factor *f, const nmm_front *front, nmm_hand 
 static void share_back(const nmm_factor *f, const nmm_front *front, nmm_hand *h) {
     const int n = 2 * front->n_pivot, n_turn = (n + SOME_COLUMNS - 1) / SOME_COLUMNS;
     const double *panel = f->value + front->column;
-    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, NULL);
+    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, NULL, 1);
     for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h))
         fetch_below(f, front, below);
     nmm_hand_join(h, 1);
@@ -185,32 +187,37 @@ static void move_rows(const nmm_factor *f, const double *from, double *to, bool 
     nmm_hand_join(h, n_turn);
 }
 
-// z = K^-1 r by the factor; both [n_row][2] in the order of K.
-static void apply_factor(const nmm_factor *f, const double *r, double *z) {
-    atomic_store(&f->team->ticket, 0);
-    TOGETHER(f->n_thread) {
-        nmm_hand h = {.team = f->team, .n = TEAM_SIZE};
-        double *own = f->stack + f->n_kept + TEAM_PLACE * f->n_own;
-        move_rows(f, r, f->x, true, &h);
-        for (int k = nmm_hand_take(&h); k < f->n_part; k = nmm_hand_take(&h))
-            for (int i = f->part[k].first; i < f->part[k].end; i++)
-                go_forward(f, &f->front[i], own);
-        nmm_hand_join(&h, f->n_part);
-        for (int k = 0; k < f->n_top; k++)
-            pass_top(f, &f->front[f->top[k]], false, &h);
-        for (int k = f->n_top - 1; k >= 0; k--)
-            pass_top(f, &f->front[f->top[k]], true, &h);
-        for (int k = nmm_hand_take(&h); k < f->n_part; k = nmm_hand_take(&h))
-            for (int i = f->part[k].end - 1; i >= f->part[k].first; i--)
-                go_back(f, &f->front[i], own);
-        nmm_hand_join(&h, f->n_part);
-        move_rows(f, f->x, z, false, &h);
-    }
+// A thread's part of all that.
+static void apply_share(const nmm_factor *f, const double *r, double *z, nmm_hand *h, int thread) {
+    const own_stacks own = stacks_of(f, thread);
+    move_rows(f, r, f->x, true, h);
+    for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
+        for (int i = f->part[k].first; i < f->part[k].end; i++)
+            go_forward(f, &f->front[i], &own);
+    nmm_hand_join(h, f->n_part);
+    for (int k = 0; k < f->n_top; k++)
+        pass_top(f, &f->front[f->top[k]], false, h);
+    for (int k = f->n_top - 1; k >= 0; k--)
+        pass_top(f, &f->front[f->top[k]], true, h);
+    for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
+        for (int i = f->part[k].end - 1; i >= f->part[k].first; i--)
+            go_back(f, &f->front[i], &own);
+    nmm_hand_join(h, f->n_part);
+    move_rows(f, f->x, z, false, h);
 }
 
-// y = K x.
-static void multiply_all(const nmm_solver *s, const double *x, double *y) {
-    SHARED_ROWS
-    for (int row = 0; row < s->n; row++)
-        multiply_row_wide(s->row_start, s->col, s->wide.value, x, row, y + 2 * (long)row);
+static void apply_factor(const nmm_factor *f, const double *r, double *z) {
+    nmm_team *team = f->team;
+    const int n_thread = f->n_thread;
+    atomic_store(&team->ticket, 0);
+    if (n_thread == 1) {
+        nmm_hand alone = {.team = team, .n = 1};
+        apply_share(f, r, z, &alone, 0);
+        return;
+    }
+#pragma omp parallel num_threads(n_thread)
+    {
+        nmm_hand h = {.team = team, .n = omp_get_num_threads()};
+        apply_share(f, r, z, &h, omp_get_thread_num());
+    }
 }

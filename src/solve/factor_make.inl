@@ -18,19 +18,6 @@
 // Block columns of a front that a thread assembles at a time, where threads share it.
 #define STRIP 8
 
-// The loops over columns and rows of a tile vanish, so that it stays in registers.
-#define UNROLL _Pragma("GCC unroll 4")
-
-// As many numbers as a register holds, at any address: larger vectors would not stay in registers.
-#ifdef __AVX2__
-#define LANE 4
-#else
-#define LANE 2
-#endif
-typedef double lane_slot __attribute__((vector_size(8 * LANE), aligned(8), may_alias));
-#define SLOT(at) (*(lane_slot *)(at))
-#define SLOT_OF(at) (*(const lane_slot *)(at))
-
 // --- Tiles
 
 // A place in the columns of a front, from one column to the next `stride` numbers.
@@ -43,56 +30,33 @@ typedef struct tile {
     int depth; // how many columns
 } tile;
 
-// at -= left * up^T; divided by the triangle at `corner` unless that is NULL, whose diagonal holds
-// inverses. `n`: rows, in lanes.
-static inline __attribute__((always_inline)) void take_off(const tile *t, int n,
-                                                           const double *corner) {
-    lane_slot sum[4][2];
-    UNROLL
-    for (int j = 0; j < 4; j++)
-        for (int i = 0; i < n; i++)
-            sum[j][i] = SLOT(t->at + j * t->stride + LANE * i);
-    const double *left = t->left, *up = t->up;
-    for (int k = 0; k < t->depth; k++) {
-        lane_slot l[2];
-        for (int i = 0; i < n; i++)
-            l[i] = SLOT_OF(left + LANE * i);
-        UNROLL
-        for (int j = 0; j < 4; j++)
-            for (int i = 0; i < n; i++)
-                sum[j][i] -= l[i] * up[j];
-        left += t->left_stride;
-        up += t->left_stride;
-    }
-    if (corner != NULL) {
-        UNROLL
-        for (int j = 0; j < 4; j++) {
-            for (int i = 0; i < n; i++) {
-                for (int k = 0; k < j; k++)
-                    sum[j][i] -= sum[k][i] * corner[k * t->stride + j];
-                sum[j][i] *= corner[j * t->stride + j];
-            }
-        }
-    }
-    UNROLL
-    for (int j = 0; j < 4; j++)
-        for (int i = 0; i < n; i++)
-            SLOT(t->at + j * t->stride + LANE * i) = sum[j][i];
-}
+#define TAKE_OFF take_off
+#define TILE_SLOT lane_slot
+#define TILE_LANE LANE
+#include "factor_tile.inl"
+
+#ifdef __AVX512F__
+#define TAKE_OFF take_off_wide
+#define TILE_SLOT wide_slot
+#define TILE_LANE 8
+#include "factor_tile.inl"
+#endif
 
 // A column of tiles, n_row rows, a multiple of 4.
 static void take_off_rows(tile t, int n_row, const double *corner) {
-    const int rest = n_row % (2 * LANE);
-    if (rest != 0) {
-        take_off(&t, 1, corner);
-        t.at += LANE;
-        t.left += LANE;
+    int i = 0;
+#ifdef __AVX512F__
+    for (; n_row - i >= 16; i += 16)
+        take_off_wide(&t, 2, corner, i);
+    if (n_row - i >= 8) {
+        take_off_wide(&t, 1, corner, i);
+        i += 8;
     }
-    for (int i = rest; i < n_row; i += 2 * LANE) {
-        take_off(&t, 2, corner);
-        t.at += 2 * LANE;
-        t.left += 2 * LANE;
-    }
+#else
+    for (; n_row - i >= 2 * LANE; i += 2 * LANE)
+        take_off(&t, 2, corner, i);
+#endif
+    if (i < n_row) take_off(&t, 1, corner, i);
 }
 
 // --- Pivots
@@ -148,7 +112,7 @@ static int eliminate_strip(const strip *s, int n_row) {
         double *corner = s->panel + j * stride + j;
         const double *left = s->panel + s->first * stride + j;
         tile t = {corner, stride, left, left, stride, j - s->first};
-        take_off(&t, 4 / LANE, NULL);
+        take_off(&t, 4 / LANE, NULL, 0);
         if (!factorise_corner(corner, stride, 4, &broken)) return j + broken;
         t.at += 4;
         t.left += 4;
@@ -286,9 +250,22 @@ static void reduce_rest(const nmm_front *front, const double *panel, double *res
 
 // --- Assembly
 
-// What is left of a front: where the thread whose stack begins at `own` finds it.
-static double *rest_of(const nmm_factor *f, const nmm_front *front, double *own) {
-    return (front->kept ? f->stack : own) + front->rest;
+// A thread's stacks: what is not kept for others.
+typedef struct own_stacks {
+    double *at[2];
+} own_stacks;
+
+static own_stacks stacks_of(const nmm_factor *f, int thread) {
+    own_stacks own;
+    for (int k = 0; k < 2; k++)
+        own.at[k] = f->stack[k].number + f->stack[k].n_kept + thread * f->stack[k].n_own;
+    return own;
+}
+
+// What is left of a front: of the matrix, 0, or of a vector, 1.
+static double *rest_of(const nmm_factor *f, const nmm_front *front, const own_stacks *own,
+                       int kind) {
+    return (front->kept ? f->stack[kind].number : own->at[kind]) + front->rest[kind];
 }
 
 // First of the rows of a child at this place of its parent or behind it.
@@ -303,11 +280,7 @@ static int first_at(const int *place, int n, int wanted) {
 }
 
 static void add_pair(double *to, const double *from) {
-    pair_wide a, b;
-    memcpy(&a, to, sizeof a);
-    memcpy(&b, from, sizeof b);
-    a += b;
-    memcpy(to, &a, sizeof a);
+    PAIR(to) += PAIR_OF(from);
 }
 
 // n is even.
@@ -389,22 +362,22 @@ static void add_entries(const assembly *a, const double *value) {
     }
 }
 
-static void assemble_columns(const assembly *a, const double *value, double *own) {
+static void assemble_columns(const assembly *a, const double *value, const own_stacks *own) {
     const nmm_factor *f = a->f;
     clear_columns(a);
     if (a->first < a->front->n_pivot) add_entries(a, value);
     for (int c = a->front->child; c >= 0; c = f->front[c].sibling)
-        add_child(a, &f->front[c], rest_of(f, &f->front[c], own));
+        add_child(a, &f->front[c], rest_of(f, &f->front[c], own, 0));
 }
 
 // --- Fronts
 
 // One front; false where a pivot is not positive.
 static bool make_front(const nmm_factor *f, const nmm_front *front, const double *value,
-                       double *own, nmm_hand *h) {
+                       const own_stacks *own, nmm_hand *h) {
     const int n_column = front->n_pivot + front->n_row, width = h->n > 1 ? STRIP : n_column;
     const int n_strip = (n_column + width - 1) / width;
-    assembly a = {f, front, f->value + front->column, rest_of(f, front, own), 0, 0};
+    assembly a = {f, front, f->value + front->column, rest_of(f, front, own, 0), 0, 0};
     for (int k = nmm_hand_take(h); k < n_strip; k = nmm_hand_take(h)) {
         a.first = k * width;
         a.end = nmm_min_int(a.first + width, n_column);
@@ -418,7 +391,7 @@ static bool make_front(const nmm_factor *f, const nmm_front *front, const double
 
 // Fronts for one thread.
 static void make_part(const nmm_factor *f, const nmm_factor_part *part, const double *value,
-                      double *own) {
+                      const own_stacks *own) {
     nmm_hand alone = {.n = 1};
     for (int i = part->first; i < part->end; i++)
         if (!make_front(f, &f->front[i], value, own, &alone)) return;
@@ -437,19 +410,30 @@ static void make_top(const nmm_factor *f, const nmm_front *front, const double *
     nmm_hand_join(h, 1);
 }
 
-// The numbers of the factor for those of K; row of K whose pivot is not positive, -1: none.
+// A thread's part of all that.
+static void make_share(const nmm_factor *f, const double *value, nmm_hand *h, int thread) {
+    const own_stacks own = stacks_of(f, thread);
+    for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
+        make_part(f, &f->part[k], value, &own);
+    nmm_hand_join(h, f->n_part);
+    for (int k = 0; k < f->n_top && !is_broken(f->team, &f->front[f->top[k]]); k++)
+        make_top(f, &f->front[f->top[k]], value, h);
+}
+
 static int make_factor(nmm_factor *f, const double *value) {
     nmm_team *team = f->team;
+    const int n_thread = f->n_thread;
     atomic_store(&team->ticket, 0);
     atomic_store(&team->least, INT_MAX);
-    TOGETHER(f->n_thread) {
-        nmm_hand h = {.team = team, .n = TEAM_SIZE};
-        double *own = f->stack + f->n_kept + TEAM_PLACE * f->n_own;
-        for (int k = nmm_hand_take(&h); k < f->n_part; k = nmm_hand_take(&h))
-            make_part(f, &f->part[k], value, own);
-        nmm_hand_join(&h, f->n_part);
-        for (int k = 0; k < f->n_top && !is_broken(team, &f->front[f->top[k]]); k++)
-            make_top(f, &f->front[f->top[k]], value, &h);
+    if (n_thread == 1) {
+        nmm_hand alone = {.team = team, .n = 1};
+        make_share(f, value, &alone, 0);
+    } else {
+#pragma omp parallel num_threads(n_thread)
+        {
+            nmm_hand h = {.team = team, .n = omp_get_num_threads()};
+            make_share(f, value, &h, omp_get_thread_num());
+        }
     }
     const int least = atomic_load(&team->least);
     return least == INT_MAX ? -1 : f->order[least];

@@ -153,69 +153,89 @@ static nmm_status divide(nmm_context *context, nmm_factor *f) {
     return list_parts(context, f, c.work, enough);
 }
 
-// --- The stack
+// --- The stacks
 
 // Two stacks: what is left of a front is on the other one than what is left of its children, so
 // that all that a front takes lies on top.
 typedef struct pair_of_stacks {
+    int kind; // what it is for: matrices 0, vectors 1
     long top[2], most[2];
 } pair_of_stacks;
+
+static long size_of_rest(const nmm_front *front, int kind) {
+    return kind == 0 ? (long)front->padded * front->padded : front->padded;
+}
 
 // The front takes what its children left, and leaves its own.
 static void pile_up(nmm_factor *f, int i, const char *side, pair_of_stacks *s) {
     nmm_front *front = &f->front[i];
     const int own = side[i];
     if (!front->kept) {
-        front->rest = s->top[own];
-        s->top[own] += (long)front->padded * front->padded;
+        front->rest[s->kind] = s->top[own];
+        s->top[own] += size_of_rest(front, s->kind);
         s->most[own] = s->top[own] > s->most[own] ? s->top[own] : s->most[own];
     }
     // The first of those that came from here lies lowest.
     for (int c = front->child; c >= 0; c = f->front[c].sibling) {
         if (f->front[c].part != front->part) continue;
-        s->top[1 - own] = f->front[c].rest;
+        s->top[1 - own] = f->front[c].rest[s->kind];
         return;
     }
 }
 
 // The second stack begins where the first may end.
 static void place_second(nmm_factor *f, int i, const char *side, const pair_of_stacks *s) {
-    if (side[i] == 1 && !f->front[i].kept) f->front[i].rest += s->most[0];
+    if (side[i] == 1 && !f->front[i].kept) f->front[i].rest[s->kind] += s->most[0];
 }
 
-static void lay_out_stack(nmm_factor *f) {
-    char *side = (char *)f->tree;
-    f->n_kept = f->n_own = 0;
-    for (int i = f->n_front - 1; i >= 0; i--) {
-        nmm_front *front = &f->front[i];
-        const int p = front->parent;
-        side[i] = p < 0 ? 0 : (char)(1 - side[p]);
-        front->kept = front->part >= 0 && is_in_top(f, p) && p >= 0;
-    }
-    for (int k = 0; k < f->n_part; k++) {
-        pair_of_stacks s = {{0}, {0}};
-        for (int i = f->part[k].first; i < f->part[k].end; i++)
-            pile_up(f, i, side, &s);
-        for (int i = f->part[k].first; i < f->part[k].end; i++)
-            place_second(f, i, side, &s);
-        const long n = s.most[0] + s.most[1];
-        f->n_own = n > f->n_own ? n : f->n_own;
-    }
-    pair_of_stacks s = {{0}, {0}};
+static long pile_up_part(nmm_factor *f, const nmm_factor_part *part, const char *side, int kind) {
+    pair_of_stacks s = {.kind = kind};
+    for (int i = part->first; i < part->end; i++)
+        pile_up(f, i, side, &s);
+    for (int i = part->first; i < part->end; i++)
+        place_second(f, i, side, &s);
+    return s.most[0] + s.most[1];
+}
+
+static long pile_up_top(nmm_factor *f, const char *side, int kind) {
+    pair_of_stacks s = {.kind = kind};
     for (int k = 0; k < f->n_top; k++)
         pile_up(f, f->top[k], side, &s);
     for (int k = 0; k < f->n_top; k++)
         place_second(f, f->top[k], side, &s);
-    f->n_kept = s.most[0] + s.most[1];
+    return s.most[0] + s.most[1];
+}
+
+// What parts leave for the top stays until the end, behind what the top piles up.
+static long keep_all(nmm_factor *f, int kind, long n) {
     for (int i = 0; i < f->n_front; i++) {
         nmm_front *front = &f->front[i];
         if (!front->kept) continue;
-        front->rest = f->n_kept;
-        f->n_kept += (long)front->padded * front->padded;
+        front->rest[kind] = n;
+        n += size_of_rest(front, kind);
+    }
+    return n;
+}
+
+static void lay_out_stacks(nmm_factor *f) {
+    char *side = (char *)f->tree;
+    for (int i = f->n_front - 1; i >= 0; i--) {
+        nmm_front *front = &f->front[i];
+        const int p = front->parent;
+        side[i] = p < 0 ? 0 : (char)(1 - side[p]);
+        front->kept = front->part >= 0 && p >= 0 && is_in_top(f, p);
+    }
+    for (int kind = 0; kind < 2; kind++) {
+        nmm_factor_stack *stack = &f->stack[kind];
+        stack->n_own = 0;
+        for (int k = 0; k < f->n_part; k++) {
+            const long n = pile_up_part(f, &f->part[k], side, kind);
+            stack->n_own = n > stack->n_own ? n : stack->n_own;
+        }
+        stack->n_kept = keep_all(f, kind, pile_up_top(f, side, kind));
     }
     for (int k = 0; k < f->n_top; k++)
         f->front[f->top[k]].kept = true;
-    f->n_stack = f->n_kept + f->n_thread * f->n_own + 1; // never without memory
 }
 
 nmm_status nmm_factor_share(nmm_context *context, nmm_factor *factor, int n_thread) {
@@ -223,7 +243,7 @@ nmm_status nmm_factor_share(nmm_context *context, nmm_factor *factor, int n_thre
     factor->n_thread = n_thread;
     const nmm_status status = divide(context, factor);
     if (status == NMM_OK) {
-        lay_out_stack(factor);
+        lay_out_stacks(factor);
     } else {
         factor->n_thread = 0;
     }

@@ -9,7 +9,6 @@
 #include "solver.h"
 #include "sweeps.h"
 
-#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -22,10 +21,6 @@
 #define BATCH _Pragma("omp parallel num_threads(s->n_thread)")
 #define SHARED_ROWS                                                                                \
     _Pragma("omp parallel for schedule(static) num_threads(s->n_thread) if (s->n > 4000)")
-#define PRAGMA(words) _Pragma(#words)
-#define TOGETHER(n) PRAGMA(omp parallel num_threads(n))
-#define TEAM_SIZE omp_get_num_threads()
-#define TEAM_PLACE omp_get_thread_num()
 #else
 #define PARALLEL_FOR
 #define PARALLEL_FOR_LATE
@@ -33,9 +28,6 @@
 #define JOIN
 #define BATCH
 #define SHARED_ROWS
-#define TOGETHER(n)
-#define TEAM_SIZE 1
-#define TEAM_PLACE 0
 #endif
 #define SEND(p, n) ((void)(n))
 #define FETCH(p, n) ((void)(n))
@@ -56,13 +48,15 @@ typedef wide_lanes lanes_wide;
 
 #include "clusters_invert.inl"
 #include "coarse_make.inl"
-#include "factor_make.inl"
 
-#include "factor_apply.inl"
+// y = K x.
+static void multiply_all(const nmm_solver *s, const double *x, double *y) {
+    SHARED_ROWS
+    for (int row = 0; row < s->n; row++)
+        multiply_row_wide(s->row_start, s->col, s->wide.value, x, row, y + 2 * (long)row);
+}
 
 const nmm_variant VARIANT = {.run = run_method,
                              .invert = invert_clusters,
                              .make_coarse = make_coarse,
-                             .make_factor = make_factor,
-                             .apply_factor = apply_factor,
                              .multiply = multiply_all};
