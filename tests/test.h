@@ -33,18 +33,22 @@
     assert_near(actual, expected, (tolerance)*fabs(expected))
 
 /// Memory of a context (nmm_context.allocate, with a failing as its user) that fails once, at call
-/// number `fail_at`, counted from 0; -1: never.
+/// number `fail_at`, counted from 0; -1: never. Counts calls, and blocks not given back.
 typedef struct test_failing {
-    long calls, fail_at;
+    long calls, fail_at, live;
 } test_failing;
 
 static inline void *test_failing_hook(void *user, void *old, size_t size) {
     test_failing *f = user;
     if (size == 0) {
+        f->live -= old != NULL;
         free(old);
         return NULL;
     }
-    return f->calls++ == f->fail_at ? NULL : realloc(old, size);
+    if (f->calls++ == f->fail_at) return NULL;
+    void *block = realloc(old, size);
+    f->live += old == NULL && block != NULL;
+    return block;
 }
 
 #endif

@@ -66,6 +66,8 @@ typedef struct nmm_sim_def {
     const char *const *override; ///< "key.path=value", as of `nmm run --set`
     int n_thread;                ///< host threads; 0: all
     int comparable;              ///< 1: the solver keeps to what host and target both have
+    int search_always;           ///< 1: looks for contacts also where nothing can touch, to measure
+                                 ///< what leaving it out saves
     nmm_device_choice device;
     void *(*allocate)(void *user, void *old, size_t size); ///< realloc-like hook; NULL: C library
     void *user;                                            ///< given to the hook
@@ -82,6 +84,8 @@ typedef enum nmm_end {
     NMM_END_INTERRUPTED = -3,    ///< the caller stopped
     NMM_END_NO_EQUILIBRIUM = -4, ///< statics: a block is free to move, or forces stay unbalanced
 } nmm_end;
+/// As run files and JSON spell it: "running", "completed", "step_too_small", ...
+NMM_API const char *nmm_end_name(nmm_end end);
 
 /// Energies [J] since the start. external = kinetic + strain + contact + friction + fracture +
 /// support + damping + numerical + residual. Kinetic, strain, contact and support are changes of
@@ -148,7 +152,8 @@ typedef struct nmm_check {
     double trimmed_length;                 ///< [m]
     int joints_outside;                    ///< joints that miss the domain
     double area, mean_area, smallest_area; ///< [m2]
-    double cover_size;                     ///< [m]
+    int whole_blocks;                      ///< 1: one cover for each block
+    double cover_size;                     ///< [m]; of whole blocks the side of the median one
     double memory_bytes;                   ///< of model, state, system and solver
 } nmm_check;
 

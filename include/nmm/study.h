@@ -20,7 +20,7 @@ typedef struct nmm_bench nmm_bench;
 
 /// Name and meaning of an experiment.
 typedef struct nmm_bench_name {
-    const char *name;    ///< "table1", "fig6", "fig7", "contact", "wall", "growth"
+    const char *name;    ///< "table1", "fig6", "fig7", "contact", "wall", "growth", "only"
     const char *purpose; ///< one line
     int needs_scenes;    ///< 1: computes scenes out of nmm_bench_def.scenes
 } nmm_bench_name;

@@ -16,9 +16,12 @@ static void print_check(nmm_sim *sim, const char *path, const nmm_check *c) {
     printf("  %d blocks, %d elements, %d covers, %d unknowns\n", c->blocks, c->elements, c->covers,
            c->unknowns);
     printf("  %d contacts in the first configuration\n", c->contacts);
-    printf("  covers of %.4g m; elements of %.4g m2 in the mean, %.3g m2 the smallest; %.6g m2 in "
-           "all\n",
-           c->cover_size, c->mean_area, c->smallest_area, c->area);
+    if (c->whole_blocks)
+        printf("  one cover for each block; ");
+    else
+        printf("  covers of %.4g m; ", c->cover_size);
+    printf("elements of %.4g m2 in the mean, %.3g m2 the smallest; %.6g m2 in all\n", c->mean_area,
+           c->smallest_area, c->area);
     printf("  about %.1f MB of memory\n", c->memory_bytes / 1e6);
     if (choices && *choices) printf("\nChosen, on and off\n%s", choices);
 }

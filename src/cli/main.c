@@ -83,6 +83,7 @@ const command command_table[] = {
      "  contact  contact search against the number of blocks, up to 100 000\n"
      "  wall     a brick wall, one cover a block, beside a public DDA program\n"
      "  growth   time by phase and memory from 10^3 to 10^6 unknowns\n"
+     "  only     what features cost that a scene can do without\n"
      "  all      each of them\n"
      "Each prints its table and writes NAME.csv, NAME.svg and NAME.png. Ctrl-C ends after the\n"
      "measurement under way and writes what is there. Times are worth what else the machine "

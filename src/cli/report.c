@@ -15,18 +15,7 @@
 #include <string.h>
 
 const char *end_name(nmm_end end) {
-    switch (end) {
-    case NMM_END_COMPLETED:
-        return "completed";
-    case NMM_END_STEP_TOO_SMALL:
-        return "step_too_small";
-    case NMM_END_SOLVER_FAILED:
-        return "solver_failed";
-    case NMM_END_NO_EQUILIBRIUM:
-        return "no_equilibrium";
-    default:
-        return "interrupted";
-    }
+    return nmm_end_name(end == NMM_END_RUNNING ? NMM_END_INTERRUPTED : end);
 }
 
 static const char *reason_of(const nmm_summary *s) {

@@ -19,7 +19,7 @@ typedef struct run_report {
     void *source; // for `reading`
 } run_report;
 
-/// "completed", "step_too_small", "solver_failed" or "interrupted".
+/// As nmm_end_name; a run without a recorded end counts as interrupted.
 const char *end_name(nmm_end end);
 
 void report_print(const run_report *report);

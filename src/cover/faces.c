@@ -113,9 +113,13 @@ static void judge_face(nmm_body *body, face_walk *walk, int face) {
         last[kind] = nmm_max_int(last[kind], area);
     }
     if (last[NMM_AREA_DOMAIN] < 0) return;
-    for (int i = 0; i < walk->n_active; i++)
-        walk->touched[walk->active[i]] = true;
-    if (last[NMM_AREA_HOLE] >= 0) return;
+    // Inside a hole nothing but holes has an effect.
+    const bool hole = last[NMM_AREA_HOLE] >= 0;
+    for (int i = 0; i < walk->n_active; i++) {
+        const int area = walk->active[i];
+        if (!hole || body->area[area].kind == NMM_AREA_HOLE) walk->touched[area] = true;
+    }
+    if (hole) return;
     const int area = nmm_max_int(last[NMM_AREA_DOMAIN], last[NMM_AREA_REGION]);
     body->material[face] = body->area[area].area->material;
 }
@@ -156,11 +160,15 @@ static nmm_status fill_areas(nmm_cut *cut) {
     judge_faces(body, &walk);
     for (int k = 0; k < body->n_area; k++) {
         if (walk.touched[k]) continue;
+        const nmm_mark mark = body->area[k].area->mark;
         if (body->area[k].kind == NMM_AREA_HOLE) {
-            return nmm_scene_reject(cut->context, cut->scene, body->area[k].area->mark,
+            return nmm_scene_reject(cut->context, cut->scene, mark,
                                     "this hole lies outside the domain");
         }
-        if (body->area[k].kind == NMM_AREA_REGION) cut->report->n_region_outside += 1;
+        if (body->area[k].kind != NMM_AREA_REGION) continue;
+        cut->report->n_region_outside += 1;
+        TRY(nmm_scene_warn(cut->context, cut->scene, mark,
+                           "no material lies inside this region: it changes nothing"));
     }
     return NMM_OK;
 }

@@ -35,6 +35,9 @@ nmm_status nmm_replacement_commit(nmm_replacement *file);
 /// Give up; harmless after a commit and on a zeroed struct.
 void nmm_replacement_drop(nmm_replacement *file);
 
+/// Most memory that a writer of run files had at once, without what HDF5 takes by itself.
+size_t nmm_output_peak_bytes(const nmm_output *output);
+
 /// `x` as the shortest text that reads back as the same number, with a point in any locale.
 const char *nmm_number_text(char text[32], double x);
 

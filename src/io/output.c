@@ -300,6 +300,10 @@ const nmm_error *nmm_output_error(const nmm_output *output) {
     return output != NULL ? &output->context.error : &no_memory;
 }
 
+size_t nmm_output_peak_bytes(const nmm_output *output) {
+    return output->context.peak_bytes;
+}
+
 static void destroy_rows(nmm_context *context, nmm_contact_rows *rows) {
     void *member[] = {
         &rows->place,      &rows->force, &rows->normal, &rows->normal_force, &rows->shear_force,

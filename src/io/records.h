@@ -36,7 +36,4 @@ enum {
     NMM_MONITOR_COLUMNS = 9
 };
 
-/// "running", "completed", "step_too_small", "solver_failed", "interrupted".
-const char *nmm_end_name(nmm_end end);
-
 #endif

@@ -25,9 +25,30 @@ static void say(text *out, const char *format, ...) {
     if (n > 0) out->used += (size_t)n < room ? (size_t)n : room;
 }
 
-static void say_feature(text *out, const char *what, bool on, const char *if_on,
-                        const char *if_off) {
-    say(out, "%s %-16s %s\n", on ? "on " : "off", what, on ? if_on : if_off);
+/// A feature that a scene may need or not.
+typedef struct feature {
+    const char *name;
+    bool on;
+    const char *if_on, *if_off;
+    double bytes, seconds; // what it costs or would cost; 0: next to nothing, or not known
+} feature;
+
+static void say_bytes(text *out, double bytes) {
+    if (bytes < 1e6)
+        say(out, "%.3g kB", 1e-3 * bytes);
+    else
+        say(out, "%.3g MB", 1e-6 * bytes);
+}
+
+static void say_feature(text *out, const feature *f, const char *per) {
+    say(out, "%s %-16s %s", f->on ? "on " : "off", f->name, f->on ? f->if_on : f->if_off);
+    if (f->bytes > 0) {
+        say(out, "; %s ", f->on ? "takes" : "saves");
+        say_bytes(out, f->bytes);
+        say(out, "%s", per);
+    }
+    if (f->seconds > 0) say(out, " and %.2g ms a step", 1e3 * f->seconds);
+    say(out, "\n");
 }
 
 // What was left on auto, as numbers.
@@ -49,43 +70,69 @@ static void say_numbers(text *out, const nmm_sim *sim) {
     }
 }
 
+static bool has_bonds(const nmm_model *model) {
+    for (int k = 0; k < model->n_interface; k++) {
+        if (model->interface[k].cohesion > 0 || model->interface[k].tensile_strength > 0)
+            return true;
+    }
+    return false;
+}
+
 static void say_features(text *out, const nmm_sim *sim) {
     const nmm_model *model = &sim->model;
-    const bool augmented = sim->settings.contact_method == NMM_CONTACT_AUGMENTED;
-    bool strong = false;
-    for (int k = 0; k < model->n_interface; k++) {
-        strong =
-            strong || model->interface[k].cohesion > 0 || model->interface[k].tensile_strength > 0;
-    }
-    say_feature(out, "contact", sim->search != NULL,
-                "boundaries can meet: several blocks, or a crack",
-                "one block without a crack: no search, no contact memory");
-    say_feature(out, "augmentation", augmented && sim->search != NULL, "contact.method augmented",
-                "contact.method penalty, or no contact");
-    say_feature(out, "bonds", strong, "an interface has cohesion or tensile strength",
-                "no interface has cohesion or tensile strength");
-    say_feature(out, "point supports", model->n_support > 0, "springs with carried forces",
-                "no point, segment or box is held");
-    say_feature(out, "held covers", model->n_hold > 0, "removed from the system exactly",
-                "no whole block is held");
-    say_feature(out, "loads", model->n_load > 0, "in the scene", "none in the scene");
-    say_feature(out, "base motion", model->base_motion.n > 0, "in the scene", "none in the scene");
-    say_feature(out, "initial stress", sim->scene.initial.kind != NMM_INITIAL_NONE, "in the scene",
-                "none in the scene");
-    say_feature(out, "damping", sim->settings.damping > 0, "analysis.damping",
-                "analysis.damping is 0");
-    say_feature(out, "mean forces", sim->settings.newmark, "analysis.scheme newmark",
-                "analysis.scheme shi: nothing of the start of a step is kept");
-    say_feature(out, "monitors", model->n_monitor > 0, "read at each step", "none in the scene");
+    const nmm_scene_settings *set = &sim->settings;
+    const nmm_costs *costs = &sim->costs;
+    const bool contact = sim->search != NULL;
+    const bool augmented = contact && set->contact_method == NMM_CONTACT_AUGMENTED;
+    const feature list[] = {
+        {"contact", contact, "boundaries can meet: several blocks, or a crack",
+         "one block without a crack: no search, no contact memory", costs->contact_bytes,
+         costs->contact_seconds},
+        {"augmentation", augmented, "contact.method augmented",
+         "contact.method penalty, or no contact", 0, 0},
+        {"bonds", has_bonds(model), "an interface has cohesion or tensile strength",
+         "no interface has cohesion or tensile strength", 0, 0},
+        {"point supports", model->n_support > 0, "springs with carried forces",
+         "no point, segment or box is held", 0, 0},
+        {"held covers", model->n_hold > 0, "removed from the system exactly",
+         "no whole block is held", costs->hold_bytes, 0},
+        {"loads", model->n_load > 0, "in the scene", "none in the scene", 0, 0},
+        {"base motion", model->base_motion.n > 0, "in the scene", "none in the scene", 0, 0},
+        {"initial stress", sim->scene.initial.kind != NMM_INITIAL_NONE, "in the scene",
+         "none in the scene", 0, 0},
+        {"damping", set->damping > 0, "analysis.damping", "analysis.damping is 0", 0, 0},
+        {"mean forces", set->newmark, "analysis.scheme newmark: the start of a step is kept",
+         "analysis.scheme shi: nothing of the start of a step is kept", costs->mean_bytes, 0},
+        {"monitors", model->n_monitor > 0, "read at each step", "none in the scene", 0, 0},
+    };
+    for (size_t k = 0; k < sizeof list / sizeof *list; k++)
+        say_feature(out, &list[k], "");
+}
+
+// Fields of the run file; bytes before they are compressed.
+static void say_fields(text *out, const nmm_sim *sim) {
+    const nmm_scene_settings *set = &sim->settings;
+    const nmm_costs *costs = &sim->costs;
+    static const char on[] = "in output.fields: written", off[] = "not in output.fields";
+    const feature list[] = {
+        {"displacement", set->out_displacement, on, off, costs->displacement_bytes, 0},
+        {"velocity", set->out_velocity, on, off, costs->velocity_bytes, 0},
+        {"stress", set->out_stress, on, off, costs->stress_bytes, 0},
+        {"contacts", set->out_contact && sim->search != NULL, on,
+         "not in output.fields, or no contact", 0, 0},
+    };
+    for (size_t k = 0; k < sizeof list / sizeof *list; k++)
+        say_feature(out, &list[k], " a frame");
 }
 
 nmm_status nmm_sim_describe(nmm_sim *sim) {
     const char *defaults = sim->scene.defaults != NULL ? sim->scene.defaults : "";
-    text out = {.size = strlen(defaults) + 2048};
+    text out = {.size = strlen(defaults) + 4096};
     TRY(nmm_arena_take(&sim->context, &sim->scene.arena, &out.at, out.size, 1));
     say(&out, "%s", defaults);
     say_numbers(&out, sim);
     say_features(&out, sim);
+    say_fields(&out, sim);
     sim->choices = out.at;
     return NMM_OK;
 }

@@ -98,7 +98,7 @@ static double support_energy(const nmm_sim *sim) {
 
 double nmm_ledger_contact_work(const nmm_sim *sim) {
     double sum = 0;
-    for (int i = 0; i < 2 * sim->model.n_cover; i++)
+    for (int i = 0; i < 2 * sim->model.n_cover && sim->system.contact_force != NULL; i++)
         sum += sim->system.contact_force[i] * sim->moved[i];
     return sum;
 }

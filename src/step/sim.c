@@ -31,14 +31,16 @@ static nmm_status read_scene(nmm_sim *sim, const nmm_sim_def *def) {
 // Steps of statics: from what a wave takes through a cover to where inertia is next to nothing.
 static void complete_static(nmm_sim *sim) {
     nmm_scene_settings *settings = &sim->settings;
-    double fastest = 0;
+    double fastest = 0, slowest = INFINITY;
     for (int m = 0; m < sim->model.n_material; m++) {
         const nmm_material *material = &sim->model.material[m];
-        fastest = nmm_max(fastest, material->youngs_modulus / material->density);
+        const double square = material->youngs_modulus / material->density;
+        fastest = nmm_max(fastest, square);
+        slowest = nmm_min(slowest, square);
     }
-    const double through = sim->model.size / sqrt(fastest);
-    if (settings->dt <= 0) settings->dt = 10 * through;
-    if (settings->dt_max <= settings->dt) settings->dt_max = nmm_max(settings->dt, 1e5 * through);
+    const double longest = 1e5 * sim->model.size / sqrt(slowest);
+    if (settings->dt <= 0) settings->dt = 10 * sim->model.size / sqrt(fastest);
+    if (settings->dt_max <= settings->dt) settings->dt_max = nmm_max(settings->dt, longest);
     if (settings->dt_min <= 0) settings->dt_min = 1e-6 * settings->dt;
 }
 
@@ -63,8 +65,8 @@ static bool needs_contact(const nmm_model *model) {
     return false;
 }
 
-static nmm_status open_contact(nmm_sim *sim) {
-    if (!needs_contact(&sim->model)) return NMM_OK;
+static nmm_status open_contact(nmm_sim *sim, bool always) {
+    if (!always && !needs_contact(&sim->model)) return NMM_OK;
     // Contacts are found once a step: nothing may pass through an edge within it.
     sim->allowed = nmm_min(sim->allowed, 0.25 * sim->model.size);
     const nmm_contact_options options = {
@@ -135,10 +137,11 @@ static nmm_status build(nmm_sim *sim, const nmm_sim_def *def) {
     TRY(nmm_state_create(&sim->context, &sim->model, &sim->state));
     nmm_loads_start(&sim->scene, &sim->model, &sim->state);
     complete_settings(sim);
-    TRY(open_contact(sim));
+    TRY(open_contact(sim, def->search_always != 0));
     const bool scene_says = def->device == NMM_DEVICE_SCENE;
     TRY(choose_backend(sim, scene_says ? sim->settings.device : def->device));
     TRY(nmm_system_create(&sim->context, &sim->model, &sim->settings, &sim->system));
+    TRY(nmm_balance_open(&sim->context, &sim->balance, &sim->model, &sim->system));
     TRY(allocate_start(sim));
     nmm_ledger_start(sim);
     return nmm_sim_describe(sim);
@@ -162,6 +165,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_contact_close(context, &sim->search);
     nmm_system_destroy(context, &sim->system);
     nmm_mixing_close(context, &sim->mixing);
+    nmm_balance_close(context, &sim->balance);
     nmm_release(context, &sim->moved);
     nmm_release(context, &sim->start_displacement);
     nmm_release(context, &sim->start_velocity);
@@ -213,10 +217,12 @@ nmm_status nmm_sim_check(nmm_sim *sim, nmm_check *check) {
         .area = sim->cover.area,
         .mean_area = sim->cover.mean_area,
         .smallest_area = sim->cover.smallest_area,
+        .whole_blocks = model->whole_blocks,
         .cover_size = model->size,
         .memory_bytes = (double)sim->context.live_bytes + solver,
     };
-    return NMM_OK;
+    TRY(nmm_costs_weigh(sim, &sim->costs));
+    return nmm_sim_describe(sim);
 }
 
 void nmm_sim_interrupt(nmm_sim *sim) {

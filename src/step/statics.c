@@ -9,28 +9,27 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 // Steps after which there is no equilibrium to be found; sides of a cover that nothing travels.
 enum { MOST_STEPS = 1000 };
 #define FAR 0.5
 
-// Norm of the inertia forces of the last step [N].
-static double inertia_of(const nmm_sim *sim) {
-    const nmm_system *system = &sim->system;
-    double sum = 0;
+// Inertia forces of the last step, where the next pass keeps its change.
+static const double *inertia_of(nmm_sim *sim) {
+    nmm_system *system = &sim->system;
+    double *inertia = system->change;
+    memset(inertia, 0, 2 * (size_t)sim->model.n_cover * sizeof *inertia);
     for (int c = 0; c < sim->model.n_cover; c++) {
-        double force[2] = {0, 0};
         for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++) {
             const double *a = system->acceleration + 2 * (long)system->base_col[k];
-            force[0] += system->base_mass[k] * a[0];
-            force[1] += system->base_mass[k] * a[1];
+            inertia[2 * c] += system->base_mass[k] * a[0];
+            inertia[2 * c + 1] += system->base_mass[k] * a[1];
         }
-        for (int x = 0; x < 2; x++) {
-            const bool held = system->fixed != NULL && (system->fixed[c] >> x & 1);
-            sum += held ? 0 : force[x] * force[x];
-        }
+        for (int x = 0; x < 2 && system->fixed != NULL; x++)
+            if (system->fixed[c] >> x & 1) inertia[2 * c + x] = 0;
     }
-    return sqrt(sum);
+    return inertia;
 }
 
 // The block whose element moved furthest since the start, how far and where to.
@@ -73,11 +72,15 @@ static void end_with(nmm_sim *sim, nmm_end end) {
 }
 
 void nmm_static_judge(nmm_sim *sim, double h) {
-    const double share = inertia_of(sim) / nmm_max(sim->system.force_scale, 1e-300);
+    const double *inertia = inertia_of(sim);
+    const double excess = nmm_balance_worst_of(&sim->balance, &sim->system, &sim->model, inertia,
+                                               sim->settings.tolerance);
+    // Next to the forces that act on the block.
+    const double share = nmm_balance_worst_of(&sim->balance, &sim->system, &sim->model, inertia, 1);
     // Where nothing moves any more, what is left of inertia is rounding.
     const bool at_rest = h >= sim->settings.dt_max &&
                          sim->report.move * sim->allowed_now <= 1e-13 * sim->model.height;
-    if (share <= sim->settings.tolerance || at_rest) {
+    if (excess <= 1 || at_rest) {
         sim->state.time = sim->report.time = sim->settings.end;
         end_with(sim, NMM_END_COMPLETED);
         return;

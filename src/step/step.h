@@ -5,6 +5,7 @@
 #ifndef NMM_STEP_H
 #define NMM_STEP_H
 
+#include "balance.h"
 #include "contact.h"
 #include "cover.h"
 #include "mixing.h"
@@ -47,6 +48,15 @@ typedef struct nmm_dump {
     void *user;         // of `write`
 } nmm_dump;
 
+/// What features cost, whether the scene has them or not.
+typedef struct nmm_costs {
+    bool known;                    // weighed, which nmm_sim_check does
+    double contact_bytes;          // search and mixing of passes, without forces and springs
+    double contact_seconds;        // of one search
+    double mean_bytes, hold_bytes; // start of a step; held covers
+    double displacement_bytes, velocity_bytes, stress_bytes; // of a frame of the run file
+} nmm_costs;
+
 struct nmm_sim {
     nmm_context context;
     nmm_scene scene;
@@ -68,8 +78,8 @@ struct nmm_sim {
 
     nmm_mixing mixing; // of the passes; open where there is contact
 
-    double rounding; // [N] what rounding leaves of the forces, at the last matrix
-    double speed;    // [m/s] largest motion of a point in the last step
+    nmm_balance balance; // of the forces, block by block
+    double speed;        // [m/s] largest motion of a point in the last step
 
     // The state at the start of the step, to go back to.
     double *start_displacement, *start_velocity; // [n_cover][2]
@@ -90,6 +100,7 @@ struct nmm_sim {
     double phase_mark;      // clock at the last change of phase
     double started;         // clock at creation
     nmm_dump dump;
+    nmm_costs costs;
     char *choices; // text of nmm_sim_choices, in the scene's arena
 };
 
@@ -105,8 +116,11 @@ void nmm_static_judge(nmm_sim *sim, double h);
 /// Change of time since the last call of it is added to *phase.
 void nmm_sim_clock(nmm_sim *sim, double *phase);
 
-/// Sets sim->choices.
+/// Sets sim->choices, with costs where they are known.
 nmm_status nmm_sim_describe(nmm_sim *sim);
+
+/// Weigh what features cost, by a search for contacts in the first configuration.
+nmm_status nmm_costs_weigh(nmm_sim *sim, nmm_costs *costs);
 
 /// Method of the linear solver. A run that is to be compared keeps to what devices have as well.
 nmm_solve_method nmm_step_method(const nmm_sim *sim);

@@ -6,7 +6,6 @@
 
 #include "step.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -53,34 +52,6 @@ static nmm_status open_solver(nmm_sim *sim) {
     return sim->backend->open(&sim->context, &sim->solver, sim->solver_rows, sim->solver_blocks);
 }
 
-// What rounding leaves of the forces, next to those that make them up [N]; of one pass.
-static double rounding_of(const nmm_sim *sim, double h) {
-    const nmm_bsr *K = &sim->system.K;
-    double sum = 0;
-    for (int c = 0; c < K->n_row; c++) {
-        const double *block = K->value + 4 * (long)K->diagonal[c];
-        const double *d = sim->state.displacement + 2 * (long)c;
-        const double *v = sim->start_velocity + 2 * (long)c;
-        const double inertia = 2 * sim->system.cover_mass[c] / h;
-        // The first guess of the step's move, where it can be meant.
-        const double mx = nmm_min(h * fabs(v[0]), sim->allowed_now);
-        const double my = nmm_min(h * fabs(v[1]), sim->allowed_now);
-        const double x = block[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);
-        const double y = block[3] * (fabs(d[1]) + my) + inertia * fabs(v[1]);
-        sum += x * x + y * y;
-    }
-    // A gap is a difference of places.
-    const double height = sim->model.height;
-    sum += nmm_max(0, sim->system.contact_squares) * height * height;
-    return DBL_EPSILON * sqrt(sum);
-}
-
-// Norm of the unbalanced forces at which a step is settled, eq. (4.5): the tolerance asked for, or
-// what rounding leaves where the forces themselves vanish.
-static double unbalance_allowed(const nmm_sim *sim) {
-    return sim->settings.tolerance * sim->system.force_scale + sim->rounding;
-}
-
 static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
     const nmm_scene_settings *settings = &sim->settings;
     static const nmm_solve_blocks blocks[] = {
@@ -101,7 +72,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
         .reuse = pass > 0,
         .tolerance = settings->solver_tolerance,
         // Later passes solve for small corrections: no need to go far below the balance asked for.
-        .absolute = 0.2 * unbalance_allowed(sim),
+        .absolute = 0.2 * nmm_balance_limit(&sim->balance),
         .stop_average_change = settings->stop == NMM_STOP_AVERAGE_CHANGE,
         .jacobi_damping = settings->jacobi_damping,
         .sor_factor = settings->sor_factor,
@@ -137,18 +108,35 @@ static void count_solve(nmm_summary *summary, const nmm_solve_report *report) {
     summary->on_device |= report->on_device;
 }
 
+// What is left of the forces over what is allowed; what rounding leaves follows from the places
+// reached, and from those to be reached where steps are the motion's and not a search.
+static double worst_balance(nmm_sim *sim, double h) {
+    nmm_balance *balance = &sim->balance;
+    const double reach = sim->settings.is_static ? 0 : sim->allowed_now;
+    nmm_balance_round(balance, &sim->system, &sim->model, &sim->state, h, reach);
+    return nmm_balance_worst(balance, &sim->system, &sim->model, sim->settings.tolerance);
+}
+
+// Weights of the blocks, for all passes of a try.
+static void weigh_blocks(nmm_sim *sim, double h) {
+    worst_balance(sim, h);
+    nmm_balance_weigh(&sim->balance, sim->settings.stop != NMM_STOP_AVERAGE_CHANGE);
+}
+
 static nmm_status solve_pass(nmm_sim *sim, double h, int pass, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
     nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
-    sim->rounding = rounding_of(sim, h);
+    if (pass == 0) weigh_blocks(sim, h);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     TRY(open_solver(sim));
     guess_change(sim, h, pass);
     const nmm_solve_options options = solve_options(sim, pass);
+    nmm_balance_put_weights(&sim->balance, system, &sim->model);
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
     TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
                             system->change, system->keep_pattern, &options, report));
+    nmm_balance_take_weights(&sim->balance, system, &sim->model);
     system->keep_pattern = true;
     count_solve(&sim->summary, report);
     sim->report.solver_iterations += report->iterations;
@@ -186,9 +174,15 @@ static double largest_move(const nmm_sim *sim) {
 
 // --- When is it settled?
 
+// Do forces balance, eq. (4.5)?
+static bool balanced(nmm_sim *sim, double h) {
+    return worst_balance(sim, h) <= 1;
+}
+
+// Norm of the unbalanced forces, by the weights of the try [N]: does it gain? Not next to the
+// forces, which fall as well while bodies that overlap are pushed apart.
 static double unbalance(const nmm_sim *sim) {
-    const double *r = sim->system.residual;
-    return sqrt(nmm_sum_product(2 * sim->model.n_cover, r, r, sim->context.n_thread));
+    return nmm_balance_norm(&sim->balance, &sim->system, &sim->model, sim->context.n_thread);
 }
 
 static int count_flips(const nmm_contact_verdict *verdict) {
@@ -322,7 +316,7 @@ typedef enum judgement { SOLVE_ON, LOOK_AGAIN, TRY_ENDED } judgement;
 static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
     p->unbalance[p->n] = unbalance(sim);
     if (p->n == 0) return SOLVE_ON;
-    if (p->unbalance[p->n] <= unbalance_allowed(sim)) {
+    if (balanced(sim, step->h)) {
         *outcome = NMM_TRY_SETTLED;
         const bool broke = nmm_contact_break(&sim->model, &sim->state) > 0;
         if (!broke && p->raised >= NMM_MAX_RAISE) {
@@ -345,35 +339,57 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
 // --- Line search
 
 // Work of the unbalanced forces along the change: falls from positive through zero where they
-// balance best.
-static double work_along(const nmm_sim *sim) {
-    return nmm_sum_product(2 * sim->model.n_cover, sim->system.change, sim->system.residual,
-                           sim->context.n_thread);
+// balance best. Where forces of blocks are far apart, each class of them counts as much as the
+// others, by its work at the beginning.
+typedef struct line {
+    double share[NMM_FORCE_CLASSES];
+    double work; // at the beginning
+} line;
+
+static double work_along(const nmm_sim *sim, const line *along) {
+    double work[NMM_FORCE_CLASSES], sum = 0;
+    nmm_balance_work(&sim->balance, &sim->system, &sim->model, sim->context.n_thread, work);
+    for (int k = 0; k < sim->balance.n_class; k++)
+        sum += along->share[k] * work[k];
+    return sum;
 }
 
-// Go a further part of the change; contacts, residual and work there.
-static double go_further(nmm_sim *sim, passes *p, const nmm_step_state *step, double part) {
+static line begin_line(const nmm_sim *sim) {
+    line along = {{0}, 0};
+    double work[NMM_FORCE_CLASSES], most = 0;
+    nmm_balance_work(&sim->balance, &sim->system, &sim->model, sim->context.n_thread, work);
+    for (int k = 0; k < sim->balance.n_class; k++)
+        most = nmm_max(most, work[k]);
+    for (int k = 0; k < sim->balance.n_class; k++)
+        along.share[k] = work[k] > 0 ? most / work[k] : 0;
+    along.work = work_along(sim, &along);
+    return along;
+}
+
+// Go a further part of the change; contacts and residual there.
+static void go_further(nmm_sim *sim, passes *p, const nmm_step_state *step, double part) {
     apply_change(sim, part);
     p->verdict = evaluate_contacts(sim);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
     nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
-    return work_along(sim);
 }
 
 // Go along the change. A contact force has a corner where it sets in, so that the whole change may
 // lead far beyond the balance and the next one as far back, for ever. Where the forces at its end
 // point back by more than a part of what they were, the balance is between: false position, where
 // an end that stays counts half (the Illinois rule).
-static void go_along(nmm_sim *sim, passes *p, const nmm_step_state *step) {
-    const double enough = NMM_OVERSHOOT * work_along(sim);
-    double low = 0, low_work = enough / NMM_OVERSHOOT, high = 1;
-    double work = go_further(sim, p, step, 1), high_work = work, at = 1, last = work;
+static void go_along(nmm_sim *sim, passes *p, const nmm_step_state *step, const line *along) {
+    double low = 0, low_work = along->work, high = 1, at = 1;
+    const double enough = NMM_OVERSHOOT * low_work;
+    go_further(sim, p, step, 1);
+    double work = work_along(sim, along), high_work = work, last = work;
     if (sim->search == NULL || work >= -enough) return;
     for (int k = 0; k < NMM_MAX_LOOK && fabs(work) > enough; k++) {
         const double share = nmm_max(0.05, nmm_min(0.95, low_work / (low_work - high_work)));
         const double next = low + share * (high - low);
-        work = go_further(sim, p, step, next - at);
+        go_further(sim, p, step, next - at);
+        work = work_along(sim, along);
         at = next;
         if (work > 0) {
             low = at, low_work = work;
@@ -426,7 +442,8 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
         *outcome = NMM_TRY_SOLVER;
         return NMM_OK;
     }
-    if (!go_mixed(sim, p, step)) go_along(sim, p, step);
+    const line along = begin_line(sim);
+    if (!go_mixed(sim, p, step)) go_along(sim, p, step, &along);
     p->n += 1;
     sim->report.passes += 1;
     sim->summary.open_close_iterations += 1;

@@ -24,6 +24,8 @@ static const nmm_bench_kind *kind_at(int k) {
         return &nmm_bench_wall;
     case 5:
         return &nmm_bench_growth;
+    case 6:
+        return &nmm_bench_only;
     default:
         return NULL;
     }

@@ -30,7 +30,7 @@ typedef struct nmm_bench_kind {
 typedef struct nmm_trade nmm_trade;
 
 extern const nmm_bench_kind nmm_bench_table1, nmm_bench_fig6, nmm_bench_fig7, nmm_bench_contact,
-    nmm_bench_wall, nmm_bench_growth;
+    nmm_bench_wall, nmm_bench_growth, nmm_bench_only;
 
 typedef struct nmm_bench_cell {
     double number;
@@ -106,6 +106,8 @@ double nmm_bench_median(int n, double *value);
 /// Name of the host's processor, or of the device that a target run uses.
 nmm_status nmm_bench_host(nmm_bench *bench, const char **name);
 nmm_status nmm_bench_target(nmm_bench *bench, const char **name);
+/// The one or the other, into a cell of the last row.
+nmm_status nmm_bench_say_machine(nmm_bench *bench, int column, bool on_target);
 
 // --- Scenes
 
@@ -129,6 +131,7 @@ typedef struct nmm_bench_source {
     nmm_device_choice device;
     int n_override;
     const char *override[4];
+    bool search_always; // as in nmm_sim_def
 } nmm_bench_source;
 nmm_status nmm_bench_open(nmm_bench *bench, nmm_sim **sim, const nmm_bench_source *source);
 void nmm_bench_close(nmm_sim **sim);

@@ -96,7 +96,6 @@ static nmm_status measure_rounds(nmm_bench *bench, nmm_sim *sim, times *t) {
 }
 
 static nmm_status write_row(nmm_bench *bench, const nmm_sim *sim, times *t, int k, double bytes) {
-    const char *device = NULL;
     const int n = sim->model.n_block;
     const double step = nmm_bench_median(t->n_step, t->step[k]);
     const double index = nmm_bench_median(t->n_index, t->index[k]);
@@ -110,8 +109,7 @@ static nmm_status write_row(nmm_bench *bench, const nmm_sim *sim, times *t, int 
     nmm_bench_set(bench, INDEX, 1e3 * index);
     nmm_bench_set(bench, INDEX_PER_BLOCK, 1e6 * index / n);
     nmm_bench_set(bench, BYTES, floor(bytes / n));
-    TRY(nmm_bench_host(bench, &device));
-    TRY(nmm_bench_say(bench, DEVICE, device));
+    TRY(nmm_bench_say_machine(bench, DEVICE, false));
     nmm_bench_done(bench);
     return NMM_OK;
 }

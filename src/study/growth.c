@@ -63,7 +63,6 @@ static nmm_status make_text(nmm_bench *bench, const char **text, int family, dou
 static nmm_status write_row(nmm_bench *bench, nmm_sim *sim, int family, const nmm_bench_timing *run,
                             double create) {
     nmm_summary s;
-    const char *device = NULL;
     nmm_sim_summary(sim, &s);
     const double steps = (double)run->steps;
     TRY(nmm_bench_add(bench));
@@ -80,11 +79,7 @@ static nmm_status write_row(nmm_bench *bench, nmm_sim *sim, int family, const nm
     if (s.solves > 0)
         nmm_bench_set(bench, SOLVES_BY, 100.0 * (double)s.with_direct / (double)s.solves);
     nmm_bench_set(bench, MEGABYTES, 1e-6 * (double)sim->context.peak_bytes);
-    if (s.on_device)
-        TRY(nmm_bench_target(bench, &device));
-    else
-        TRY(nmm_bench_host(bench, &device));
-    TRY(nmm_bench_say(bench, DEVICE, device));
+    TRY(nmm_bench_say_machine(bench, DEVICE, s.on_device));
     nmm_bench_done(bench);
     return NMM_OK;
 }

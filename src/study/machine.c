@@ -42,3 +42,9 @@ nmm_status nmm_bench_target(nmm_bench *bench, const char **name) {
     // The preset fake-device, or a device without such a driver.
     return nmm_bench_words(bench, name, "%s", found ? value : "target device (not a known GPU)");
 }
+
+nmm_status nmm_bench_say_machine(nmm_bench *bench, int column, bool on_target) {
+    const char *name = NULL;
+    TRY(on_target ? nmm_bench_target(bench, &name) : nmm_bench_host(bench, &name));
+    return nmm_bench_say(bench, column, name);
+}

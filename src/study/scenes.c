@@ -21,6 +21,7 @@ nmm_status nmm_bench_open(nmm_bench *bench, nmm_sim **sim, const nmm_bench_sourc
     def.override = source->override;
     def.n_thread = source->n_thread;
     def.device = source->device;
+    def.search_always = source->search_always;
     def.allocate = bench->def.allocate;
     def.user = bench->def.allocate_user;
     const nmm_status status = nmm_sim_create(sim, &def);

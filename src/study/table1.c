@@ -152,7 +152,6 @@ static void set_shares(nmm_bench *bench, const nmm_bench_timing *run, int column
 
 static nmm_status write_row(nmm_bench *bench, const contest *c) {
     int best = 1;
-    const char *device = NULL;
     for (int way = 2; way < c->n_way; way++)
         if (median_run(c, way)->seconds < median_run(c, best)->seconds) best = way;
     const nmm_bench_timing *sor = median_run(c, 0), *ours = median_run(c, best);
@@ -168,11 +167,7 @@ static nmm_status write_row(nmm_bench *bench, const contest *c) {
     nmm_bench_set(bench, DIFFERENCE, c->difference);
     nmm_bench_set(bench, SOR_CUTS, (double)sor->cuts);
     nmm_bench_set(bench, CUTS, (double)ours->cuts);
-    if (bench->def.device == NMM_DEVICE_TARGET)
-        TRY(nmm_bench_target(bench, &device));
-    else
-        TRY(nmm_bench_host(bench, &device));
-    TRY(nmm_bench_say(bench, DEVICE, device));
+    TRY(nmm_bench_say_machine(bench, DEVICE, bench->def.device == NMM_DEVICE_TARGET));
     nmm_bench_done(bench);
     return NMM_OK;
 }

@@ -146,21 +146,6 @@ static nmm_status put_words(nmm_bench *bench, const nmm_trade_setting *setting) 
                          setting->n_override > 0 ? text : "as it stands");
 }
 
-static const char *end_word(nmm_end end) {
-    switch (end) {
-    case NMM_END_COMPLETED:
-        return "completed";
-    case NMM_END_STEP_TOO_SMALL:
-        return "step_too_small";
-    case NMM_END_SOLVER_FAILED:
-        return "solver_failed";
-    case NMM_END_NO_EQUILIBRIUM:
-        return "no_equilibrium";
-    default:
-        return "interrupted";
-    }
-}
-
 static nmm_status put_end(nmm_bench *bench, const outcome *out) {
     char text[1200];
     const nmm_summary *s = &out->summary;
@@ -169,7 +154,7 @@ static nmm_status put_end(nmm_bench *bench, const outcome *out) {
     else if (out->too_long)
         snprintf(text, sizeof text, "took longer than %.3g s", bench->trade->longest);
     else
-        snprintf(text, sizeof text, "%s%s%s", end_word(s->end), s->reason[0] != 0 ? ": " : "",
+        snprintf(text, sizeof text, "%s%s%s", nmm_end_name(s->end), s->reason[0] != 0 ? ": " : "",
                  s->reason);
     return nmm_bench_say(bench, NMM_TRADE_COLUMN_END, text);
 }

@@ -75,7 +75,6 @@ static const nmm_bench_column columns[] = {
 static nmm_status write_row(nmm_bench *bench, nmm_sim *sim, int k, int b,
                             const nmm_bench_timing run[2]) {
     nmm_summary summary;
-    const char *device = NULL;
     nmm_sim_summary(sim, &summary);
     const double steps = (double)run[1].steps, first = (double)run[0].steps;
     const double ms = 1e3 * (run[0].seconds + run[1].seconds) / steps;
@@ -101,11 +100,7 @@ static nmm_status write_row(nmm_bench *bench, nmm_sim *sim, int k, int b,
         nmm_bench_set(bench, PART, ms / wall[k].public_ms);
     }
     nmm_bench_set(bench, CUTS, (double)summary.dt_cuts);
-    if (summary.on_device)
-        TRY(nmm_bench_target(bench, &device));
-    else
-        TRY(nmm_bench_host(bench, &device));
-    TRY(nmm_bench_say(bench, DEVICE, device));
+    TRY(nmm_bench_say_machine(bench, DEVICE, summary.on_device));
     nmm_bench_done(bench);
     return NMM_OK;
 }

@@ -165,7 +165,6 @@ static void add_couples(nmm_system *system, int c) {
 static void change_spring(nmm_system *system, int q, int p, double sign) {
     if (system->spring_mode[p] == NMM_CONTACT_OPEN) return;
     nmm_spring spring = system->spring[p];
-    system->contact_squares += sign * spring.normal_stiffness * spring.normal_stiffness;
     spring.normal_stiffness *= sign;
     spring.shear_stiffness *= sign;
     for (int i = 0; i < 6; i++) {
@@ -218,11 +217,6 @@ static void make_all(const nmm_context *context, nmm_system *system, const nmm_m
         base_row(system, model, c, inertia);
         if (system->fixed != NULL) remove_held(system, c);
         fill_row(system, c);
-    }
-    system->contact_squares = 0;
-    for (int k = 0; k < state->n_contact; k++) {
-        const double kn = state->contact[k].normal_stiffness;
-        if (system->mode[k] != NMM_CONTACT_OPEN) system->contact_squares += kn * kn;
     }
 }
 

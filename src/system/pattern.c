@@ -144,15 +144,13 @@ static nmm_status build_holds(nmm_context *context, nmm_system *system, const nm
 static nmm_status allocate_passes(nmm_context *context, nmm_system *system,
                                   const nmm_model *model) {
     const size_t n = (size_t)model->n_cover, n_element = (size_t)model->n_element;
-    const size_t n_base = (size_t)system->base_start[n], n_vertex = (size_t)model->n_vertex;
+    const size_t n_base = (size_t)system->base_start[n];
     TRY(nmm_allocate(context, &system->piola, 4 * n_element, sizeof(double)));
     TRY(nmm_allocate(context, &system->element_force, 6 * n_element, sizeof(double)));
     TRY(nmm_allocate(context, &system->acceleration, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &system->load, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &system->support_force, 2 * (size_t)model->n_support,
                      sizeof(double)));
-    TRY(nmm_allocate(context, &system->edge_force, 4 * n_vertex, sizeof(double)));
-    TRY(nmm_allocate(context, &system->contact_force, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &system->scale, n, sizeof(double)));
     TRY(nmm_allocate(context, &system->residual, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &system->change, 2 * n, sizeof(double)));
@@ -306,6 +304,15 @@ static void place_couple(nmm_system *system, const nmm_model *model, int q) {
     }
 }
 
+// Contact forces, from the first contact on.
+static nmm_status allocate_forces(nmm_context *context, nmm_system *system,
+                                  const nmm_model *model) {
+    const size_t n_vertex = (size_t)model->n_vertex, n = (size_t)model->n_cover;
+    if (system->edge_force != NULL) return NMM_OK;
+    TRY(nmm_allocate(context, &system->contact_force, 2 * n, sizeof(double)));
+    return nmm_allocate(context, &system->edge_force, 4 * n_vertex, sizeof(double));
+}
+
 static nmm_status grow_springs(nmm_context *context, nmm_system *system, int n) {
     int capacity[4];
     for (int i = 0; i < 4; i++)
@@ -324,6 +331,7 @@ nmm_status nmm_system_pattern(nmm_context *context, nmm_system *system, const nm
     nmm_couples_change change;
     TRY(nmm_couples_list(context, &system->couples, model, state, &change));
     TRY(grow_springs(context, system, state->n_contact));
+    if (state->n_contact > 0) TRY(allocate_forces(context, system, model));
     system->made = false;
     system->keep_pattern = change != NMM_COUPLES_CHANGED;
     if (system->keep_pattern) return NMM_OK;

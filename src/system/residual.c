@@ -231,7 +231,7 @@ static void add_row(nmm_system *system, const nmm_model *model, int c) {
         const double sum = load - inner[x] - inertia[x] + support[x] + contact[x];
         system->residual[2 * c + x] = held ? 0 : sum;
         if (held) system->reaction[2 * c + x] = -sum;
-        system->contact_force[2 * c + x] = contact[x];
+        if (system->contact_force != NULL) system->contact_force[2 * c + x] = contact[x];
         system->scale[c] += load * load + inner[x] * inner[x] + inertia[x] * inertia[x] +
                             support[x] * support[x] + contact[x] * contact[x];
     }
@@ -251,9 +251,4 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int c = 0; c < n; c++)
         add_row(system, model, c);
-    // One root per row keeps the sum of squares from overflowing before it is needed.
-    double total = 0;
-    for (int c = 0; c < n; c++)
-        total += system->scale[c];
-    system->force_scale = sqrt(total);
 }

@@ -47,10 +47,9 @@ typedef struct nmm_couples {
 /// Pattern, matrix and vectors of the run; owned by the simulation.
 typedef struct nmm_system {
     nmm_bsr K;
-    double *residual;   // [n_cover][2] N
-    double *change;     // [n_cover][2] m: solution of a pass
-    bool keep_pattern;  // the pattern is that of the last call of nmm_system_pattern
-    double force_scale; // [N] norm of all forces of the last residual: what it is measured against
+    double *residual;  // [n_cover][2] N
+    double *change;    // [n_cover][2] m: solution of a pass
+    bool keep_pattern; // the pattern is that of the last call of nmm_system_pattern
 
     // Constant over the run.
     int *base_start, *base_col;         // pattern of the elements alone
@@ -87,8 +86,8 @@ typedef struct nmm_system {
     double *support_force; // [n_support][2] N
     unsigned char *mode;   // [n_contact] nmm_contact_mode
     double *pull;          // [n_contact][3][2] N on the vertex and on the ends of the edge
-    double *edge_force;    // [n_vertex][2][2] N, contact forces on the ends of a loop edge
-    double *contact_force; // [n_cover][2] N
+    double *edge_force;    // [n_vertex][2][2] N, contact forces on the ends of a loop edge; NULL:
+    double *contact_force; // [n_cover][2] N       no contact so far
     double *scale;         // [n_cover] N2: squares of the forces in a row
 
     // Of the matrix.
@@ -98,7 +97,6 @@ typedef struct nmm_system {
     unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
     bool made;                  // K was made for the contacts as they are listed
     int spring_capacity;
-    double contact_squares; // [N2/m2] sum of squares of the normal stiffness of closed contacts
 } nmm_system;
 
 /// The step that the residual belongs to.
@@ -124,7 +122,7 @@ void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_
 /// start of the step, where its forces are means.
 void nmm_system_load(nmm_system *system, const nmm_model *model, double time);
 
-/// system->residual and force_scale at state->displacement, position and contact forces.
+/// system->residual and scale at state->displacement, position and contact forces.
 void nmm_system_residual(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, const nmm_step_state *step);
 

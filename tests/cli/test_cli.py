@@ -338,6 +338,7 @@ joint_sets:
         out, _ = self.expect(0, "check", "fall.yaml")
         self.assertRegex(out, "chosen: one cover for each block; lengths are measured by 1 m, the "
                               "side of a square as large as the median block")
+        self.assertRegex(out, r"\n  one cover for each block; elements of 1 m2")
 
     def test_threads_do_not_change_a_bit(self):
         hashes = {strict_json(self.expect(0, "run", "fall.yaml", "--json", "-t", n)[0])["state_hash"]

@@ -82,6 +82,14 @@ class Warnings(Case):
         self.silent(TWO_MATERIALS.replace("clay", "rock"))
         self.silent(TWO_MATERIALS.replace("0.5]", "1]"))
 
+    def test_region_in_a_hole(self):
+        circle = "{circle: {center: [0.5, 0.5], radius: %s}%s}\n"
+        scene = SQUARE + "holes:\n  - " + circle % (0.3, "") + "regions:\n  - "
+        self.check(scene + circle % (0.2, ", material: clay"), 11,
+                   "no material lies inside this region: it changes nothing")
+        told = self.nmm("check", "-q", "scene.yaml", scene=scene + circle % (0.35, ", material: clay"))
+        self.assertNotIn("region", told.stderr)
+
     def test_supports_that_disagree(self):
         self.check(TWO_MOTIONS, 10, "line 9", "along x")
         self.silent(ONE_MOTION)

@@ -231,7 +231,7 @@ static void test_allocation_failures(void **unused) {
     long n_live = 0;
     int failures = 0;
     for (;; failures++) {
-        test_failing f = {0, failures};
+        test_failing f = {.fail_at = failures};
         const nmm_status status = whole_life(&f, &n_live);
         assert_int_equal(n_live, 0);
         if (status == NMM_OK) break;

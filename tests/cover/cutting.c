@@ -270,6 +270,8 @@ static void regions_split_but_connect(void **state) {
     assert_int_equal(s.model.n_block, 1);
     assert_int_equal(stage_loops(&s), 1);
     assert_int_equal(s.report.n_region_outside, 1);
+    assert_non_null(strstr(s.scene.warnings,
+                           "warning: no material lies inside this region: it changes nothing"));
     assert_close(area_of(s.model.element_material, &s.model, 2), 4.0, 1e-11);
     assert_close(area_of(s.model.element_material, &s.model, 1), 22.5 - 2.5, 1e-11);
     assert_close(s.report.area, 60.0, 1e-12);

@@ -94,22 +94,6 @@ static void numbers(void **state) {
 
 // --- Memory
 
-// Fails at one call.
-typedef struct fuse_wire {
-    long n_left;
-} fuse_wire;
-
-static void *burning_allocate(void *user, void *old, size_t size) {
-    fuse_wire *f = user;
-    if (size == 0) {
-        free(old);
-        return NULL;
-    }
-    if (f->n_left == 0) return NULL;
-    f->n_left -= 1;
-    return realloc(old, size);
-}
-
 static void fill_scene(stage *s) {
     stage_open(s, 1);
     stage_rectangle(s, 0, 0, 5, 4);
@@ -128,11 +112,11 @@ static void run_out_of_memory(nmm_mesh mesh) {
     stage s;
     fill_scene(&s);
     s.scene.settings.mesh = mesh;
-    nmm_context limited = {.n_thread = 1, .allocate = burning_allocate};
+    nmm_context limited = {.n_thread = 1, .allocate = test_failing_hook};
     long n = 0;
     for (;; n++) {
-        fuse_wire fuse = {n};
-        limited.user = &fuse;
+        test_failing hook = {.fail_at = n};
+        limited.user = &hook;
         nmm_model model = {0};
         const nmm_status status = nmm_cover_build(&limited, &s.scene, &model, NULL);
         nmm_model_destroy(&limited, &model);

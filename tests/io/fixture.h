@@ -23,13 +23,7 @@ void fixture_destroy(fixture *f);
 
 /// A path in the test's own folder (made on first use, below TMPDIR or /tmp).
 const char *fixture_path(char path[512], const char *name);
-/// Remove the folder with everything in it.
-void fixture_clean(void);
-
-/// realloc-like hook that fails from call `fail_at` on; counts live blocks.
-typedef struct failing {
-    long calls, fail_at, live;
-} failing;
-void *failing_allocate(void *user, void *old, size_t size);
+/// Remove the folder with everything in it; takes and returns what the end of a test group does.
+int fixture_clean(void **unused);
 
 #endif

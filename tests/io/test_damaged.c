@@ -200,16 +200,10 @@ static void test_foreign(void **state) {
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
 }
 
-static int clean(void **state) {
-    (void)state;
-    fixture_clean();
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_mutations),
         cmocka_unit_test(test_foreign),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, fixture_clean);
 }

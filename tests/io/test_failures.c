@@ -300,13 +300,13 @@ static void test_no_memory_to_write(void **state) {
     char path[512];
     fixture_path(path, "memory.vtkhdf");
     for (long fail_at = 0;; fail_at++) {
-        failing hook = {.fail_at = fail_at};
+        test_failing hook = {.fail_at = fail_at};
         fixture f;
         nmm_output *output = NULL;
         nmm_step_report report;
         fixture_create(&f, 2, 2);
         const nmm_context kept = f.sim->context;
-        f.sim->context.allocate = failing_allocate;
+        f.sim->context.allocate = test_failing_hook;
         f.sim->context.user = &hook;
         nmm_status status = nmm_output_create(&output, f.sim, path);
         f.sim->context = kept;
@@ -330,10 +330,10 @@ static void test_no_memory_to_read(void **state) {
     char path[512];
     fixture_path(path, "memory.vtkhdf");
     for (long fail_at = 0;; fail_at++) {
-        failing hook = {.fail_at = fail_at};
+        test_failing hook = {.fail_at = fail_at};
         nmm_file *file = NULL;
         nmm_file_frame frame = {0};
-        nmm_status status = nmm_file_open_with(&file, path, failing_allocate, &hook);
+        nmm_status status = nmm_file_open_with(&file, path, test_failing_hook, &hook);
         if (status == NMM_OK) status = nmm_file_frame_read(file, 1, &frame);
         if (file != NULL) nmm_file_frame_destroy(file, &frame);
         if (status != NMM_OK) assert_int_equal(nmm_file_error(file)->status, NMM_ERROR_MEMORY);
@@ -345,12 +345,6 @@ static void test_no_memory_to_read(void **state) {
     }
 }
 
-static int clean(void **state) {
-    (void)state;
-    fixture_clean();
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_wrong_paths),       cmocka_unit_test(test_unwritable_folder),
@@ -359,5 +353,5 @@ int main(void) {
         cmocka_unit_test(test_two_runs),          cmocka_unit_test(test_no_memory_to_write),
         cmocka_unit_test(test_no_memory_to_read),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, fixture_clean);
 }

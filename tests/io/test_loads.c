@@ -241,17 +241,11 @@ static void test_damaged(void **state) {
     }
 }
 
-static int clean(void **state) {
-    (void)state;
-    fixture_clean();
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_factors),    cmocka_unit_test(test_drawn),
         cmocka_unit_test(test_one_place),  cmocka_unit_test(test_tractions),
         cmocka_unit_test(test_older_file), cmocka_unit_test(test_damaged),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, fixture_clean);
 }

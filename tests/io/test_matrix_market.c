@@ -306,24 +306,14 @@ static void trouble_with_the_file_system(void **unused) {
 
 // --- Memory
 
-static int calls_left;
-
-static void *scarce(void *user, void *old, size_t size) {
-    (void)user;
-    if (size > 0 && calls_left-- == 0) return NULL;
-    if (size > 0) return realloc(old, size);
-    free(old);
-    return NULL;
-}
-
 static void memory_may_end(void **unused) {
     (void)unused;
     make_numbers();
     write_array(MANY, 1);
     for (int allowed = 0;; allowed++) {
-        nmm_context poor = {.n_thread = 1, .allocate = scarce};
+        test_failing hook = {.fail_at = allowed};
+        nmm_context poor = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
         nmm_columns table = {0};
-        calls_left = allowed;
         const nmm_status status = nmm_columns_read(&poor, &table, path);
         nmm_columns_destroy(&poor, &table);
         assert_int_equal(poor.n_live, 0);

@@ -272,12 +272,6 @@ static void test_nothing_left(void **state) {
     assert_int_equal(access(fixture_path(other, "left.contacts.vtkhdf"), F_OK), 0);
 }
 
-static int clean(void **state) {
-    (void)state;
-    fixture_clean();
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip),    cmocka_unit_test(test_fields),
@@ -286,5 +280,5 @@ int main(void) {
         cmocka_unit_test(test_not_finite),    cmocka_unit_test(test_nothing_left),
         cmocka_unit_test(test_step_given_up),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, fixture_clean);
 }

@@ -202,9 +202,9 @@ static void test_no_memory(void **state) {
     const nmm_plot_def def = nmm_default_plot_def();
     fixture_path(path, "memory.png");
     for (long fail_at = 0;; fail_at++) {
-        failing hook = {.fail_at = fail_at};
+        test_failing hook = {.fail_at = fail_at};
         nmm_file *file = NULL;
-        nmm_status status = nmm_file_open_with(&file, run_path, failing_allocate, &hook);
+        nmm_status status = nmm_file_open_with(&file, run_path, test_failing_hook, &hook);
         if (status == NMM_OK) status = nmm_file_plot(file, path, &def);
         nmm_file_close(file);
         assert_int_equal(hook.live, 0);
@@ -290,12 +290,6 @@ static void test_colours(void **state) {
     assert_true(low.b > low.r && high.r > high.b);
 }
 
-static int clean(void **state) {
-    (void)state;
-    fixture_clean();
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_kinds),      cmocka_unit_test(test_fields_and_sizes),
@@ -304,5 +298,5 @@ int main(void) {
         cmocka_unit_test(test_titles),     cmocka_unit_test(test_ticks),
         cmocka_unit_test(test_tick_texts), cmocka_unit_test(test_colours),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, fixture_clean);
 }

@@ -108,20 +108,14 @@ static void test_no_memory(void **state) {
     char path[512];
     fixture_path(path, "memory.png");
     for (long fail_at = 0;; fail_at++) {
-        failing hook = {.fail_at = fail_at};
-        nmm_context context = {.allocate = failing_allocate, .user = &hook, .n_thread = 1};
+        test_failing hook = {.fail_at = fail_at};
+        nmm_context context = {.allocate = test_failing_hook, .user = &hook, .n_thread = 1};
         const nmm_status status = write(&context, path);
         assert_int_equal(hook.live, 0);
         if (status == NMM_OK) break;
         assert_int_equal(status, NMM_ERROR_MEMORY);
         assert_true(fail_at < 50);
     }
-}
-
-static int clean(void **state) {
-    (void)state;
-    fixture_clean();
-    return 0;
 }
 
 int main(void) {
@@ -131,5 +125,5 @@ int main(void) {
         cmocka_unit_test(test_one_colour),
         cmocka_unit_test(test_no_memory),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, fixture_clean);
 }

@@ -324,17 +324,6 @@ static void wrong_settings_are_told(void **unused) {
 
 // --- Memory
 
-static int calls_left, live;
-
-static void *scarce(void *user, void *old, size_t size) {
-    (void)user;
-    if (size > 0 && calls_left-- == 0) return NULL;
-    live += (size > 0 && old == NULL) - (size == 0 && old != NULL);
-    if (size > 0) return realloc(old, size);
-    free(old);
-    return NULL;
-}
-
 static void memory_may_end(void **unused) {
     (void)unused;
     write_text("a.mtx", GENERAL "3 3 5\n1 1 4\n2 1 1\n1 2 1\n2 2 3\n3 3 2\n");
@@ -345,13 +334,13 @@ static void memory_may_end(void **unused) {
     def.rhs = def.guess = "f.mtx";
     def.places = "p.mtx";
     def.output = "u.mtx";
-    def.allocate = scarce;
+    def.allocate = test_failing_hook;
     for (int allowed = 0;; allowed++) {
         nmm_linear_report report;
-        calls_left = allowed;
-        live = 0;
+        test_failing hook = {.fail_at = allowed};
+        def.user = &hook;
         const nmm_status status = nmm_linear_solve(&def, &report);
-        assert_int_equal(live, 0);
+        assert_int_equal(hook.live, 0);
         if (status == NMM_OK) {
             assert_true(report.converged && allowed > 20);
             return;
@@ -364,17 +353,17 @@ static void memory_may_end(void **unused) {
 static void memory_may_end_in_a_dump(void **unused) {
     (void)unused;
     nmm_sim_def def = nmm_default_sim_def();
-    def.allocate = scarce;
+    def.allocate = test_failing_hook;
     for (int allowed = 0;; allowed++) {
-        live = 0;
-        calls_left = -1;
+        test_failing hook = {.fail_at = -1};
+        def.user = &hook;
         nmm_sim *sim = open_scene(&def);
         nmm_status status = nmm_sim_dump_system(sim, 1, 1, "memory");
-        calls_left = allowed;
+        hook.fail_at = hook.calls + allowed;
         if (status == NMM_OK) status = nmm_sim_step(sim, NULL);
         const int dumped = nmm_sim_dumped(sim);
         nmm_sim_destroy(sim);
-        assert_int_equal(live, 0);
+        assert_int_equal(hook.live, 0);
         if (status == NMM_OK) {
             assert_int_equal(dumped, 1);
             return;

@@ -74,7 +74,7 @@ static void test_no_memory(void **state) {
     (void)state;
     if (nmm_solve_target_devices() == 0) skip();
     for (long at = 0;; at++) {
-        test_failing hook = {0, at};
+        test_failing hook = {.fail_at = at};
         nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
         nmm_solver *solver = NULL;
         const nmm_status status = nmm_solve_target()->open(&context, &solver, 50, 500);

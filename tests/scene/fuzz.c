@@ -250,21 +250,6 @@ static void mutated_overrides_never_crash(void **unused) {
 
 // --- Memory
 
-typedef struct budget {
-    long left;
-} budget;
-
-static void *limited(void *user, void *old, size_t size) {
-    budget *b = user;
-    if (size == 0) {
-        free(old);
-        return NULL;
-    }
-    if (b->left <= 0) return NULL;
-    b->left -= 1;
-    return realloc(old, size);
-}
-
 static void every_allocation_may_fail(void **unused) {
     (void)unused;
     const char *const override[] = {"time.end=3"};
@@ -272,8 +257,8 @@ static void every_allocation_may_fail(void **unused) {
     for (int k = 0; k < n_file; k++) {
         nmm_status status = NMM_ERROR_MEMORY;
         for (long n = 0; status == NMM_ERROR_MEMORY; n++) {
-            budget b = {n};
-            nmm_context context = {.n_thread = 1, .allocate = limited, .user = &b};
+            test_failing hook = {.fail_at = n};
+            nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
             nmm_scene scene = {0};
             status = nmm_scene_parse(&context, &scene, "memory.yaml", file_text[k], file_length[k],
                                      1, override);

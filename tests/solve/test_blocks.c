@@ -532,12 +532,12 @@ static void test_no_memory(void **state) {
         assert_int_equal(solve_with(&x, choice_of(k)), NMM_OK);
         memcpy(x.exact, x.u, size);
         for (long at = 0; at < 100; at++) {
-            test_failing hook = {0, -1};
+            test_failing hook = {.fail_at = -1};
             nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
             nmm_solver *solver = NULL;
             assert_int_equal(nmm_solve_host()->open(&context, &solver, 96, x.system.n_block),
                              NMM_OK);
-            hook = (test_failing){0, at};
+            hook = (test_failing){.fail_at = at};
             memset(x.u, 0, size);
             nmm_status status = nmm_solve_host()->solve(&context, solver, &x.system.K, x.system.f,
                                                         x.u, false, &x.options, &x.report);

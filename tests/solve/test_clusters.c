@@ -456,7 +456,7 @@ static void test_no_memory(void **state) {
     (void)state;
     int failures = 0;
     for (long at = 0;; at++) {
-        test_failing hook = {0, at};
+        test_failing hook = {.fail_at = at};
         nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
         nmm_clusters clusters = {0};
         nmm_status status = nmm_clusters_reserve(&context, &clusters, 30, 200);

@@ -434,7 +434,7 @@ static void test_no_memory(void **state) {
     set_up_wall(&x, 3, 2, 3, 1);
     int failures = 0;
     for (long at = 0; at == failures; at++) {
-        test_failing hook = {0, at};
+        test_failing hook = {.fail_at = at};
         nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
         nmm_coarse coarse = {0};
         const nmm_status status = nmm_coarse_divide(&context, &coarse, &x.source);

@@ -481,7 +481,7 @@ static void test_no_memory(void **state) {
         fixture x;
         set_up_rock(&x, 2, 2, 1);
         nmm_context own = x.context;
-        test_failing hook = {0, at};
+        test_failing hook = {.fail_at = at};
         x.context.allocate = test_failing_hook;
         x.context.user = &hook;
         const nmm_status status = try_solve(&x);

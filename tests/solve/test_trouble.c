@@ -316,7 +316,7 @@ static void test_no_memory(void **state) {
     (void)state;
     int failures = 0;
     for (long at = 0;; at++) {
-        test_failing hook = {0, at};
+        test_failing hook = {.fail_at = at};
         nmm_context context = {.n_thread = 1, .allocate = test_failing_hook, .user = &hook};
         nmm_solver *solver = NULL;
         const nmm_status status = nmm_solve_host()->open(&context, &solver, 50, 500);

@@ -5,33 +5,14 @@
 #include "scenes.h"
 #include "test.h"
 
-#include <stdlib.h>
-
-typedef struct counter {
-    long left; // calls until the one that fails
-    long live; // blocks not given back
-} counter;
-
-static void *failing(void *user, void *old, size_t size) {
-    counter *count = user;
-    if (size == 0) {
-        count->live -= old != NULL;
-        free(old);
-        return NULL;
-    }
-    if (count->left-- == 0) return NULL;
-    count->live += old == NULL;
-    return realloc(old, size);
-}
-
-static nmm_status run_with(counter *count, const char *text) {
+static nmm_status run_with(test_failing *hook, const char *text) {
     nmm_sim_def def = nmm_default_sim_def();
     def.path = "test.yaml";
     def.text = text;
     def.text_length = strlen(text);
     def.n_thread = 1;
-    def.allocate = failing;
-    def.user = count;
+    def.allocate = test_failing_hook;
+    def.user = hook;
     nmm_sim *sim = NULL;
     nmm_status status = nmm_sim_create(&sim, &def);
     for (int k = 0; k < 2 && status == NMM_OK; k++)
@@ -45,10 +26,10 @@ static void fail_each(const char *text) {
     nmm_status status = NMM_ERROR_MEMORY;
     int n = 0;
     for (; status != NMM_OK; n++) {
-        counter count = {.left = n};
-        status = run_with(&count, text);
+        test_failing hook = {.fail_at = n};
+        status = run_with(&hook, text);
         assert_true(status == NMM_OK || status == NMM_ERROR_MEMORY);
-        assert_int_equal(count.live, 0);
+        assert_int_equal(hook.live, 0);
         assert_true(n < 5000);
     }
     assert_true(n > 40);

@@ -322,23 +322,6 @@ static void files_hold_the_table(void **unused) {
 
 // --- Memory
 
-typedef struct hook {
-    long calls, fail_at, live;
-} hook;
-
-static void *allocate(void *user, void *old, size_t size) {
-    hook *h = user;
-    if (size == 0) {
-        h->live -= old != NULL;
-        free(old);
-        return NULL;
-    }
-    if (h->calls++ == h->fail_at) return NULL;
-    void *block = realloc(old, size);
-    h->live += old == NULL && block != NULL;
-    return block;
-}
-
 // Each allocation fails once: at first every one, then fewer and fewer, for there are thousands.
 static void memory_may_fail_anywhere(void **unused) {
     (void)unused;
@@ -347,11 +330,11 @@ static void memory_may_fail_anywhere(void **unused) {
         nmm_status status = NMM_ERROR_MEMORY;
         long failed = 0;
         for (long at = 0; status != NMM_OK; at += 1 + at / 12) {
-            hook h = {.fail_at = at};
+            test_failing h = {.fail_at = at};
             nmm_bench_def def = definition(name[b]);
             nmm_bench *bench = NULL;
             def.n_thread = 1;
-            def.allocate = allocate;
+            def.allocate = test_failing_hook;
             def.allocate_user = &h;
             status = nmm_bench_run(&bench, &def);
             if (status == NMM_OK) status = nmm_bench_plot(bench, "memory.svg");

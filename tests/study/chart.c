@@ -231,8 +231,8 @@ static void test_memory(void **state) {
     fixture_path(path, "memory.svg");
     nmm_status status = NMM_ERROR_MEMORY;
     for (long fail_at = 0; status != NMM_OK && fail_at < 50; fail_at++) {
-        failing hook = {.fail_at = fail_at};
-        nmm_context context = {.allocate = failing_allocate, .user = &hook, .n_thread = 1};
+        test_failing hook = {.fail_at = fail_at};
+        nmm_context context = {.allocate = test_failing_hook, .user = &hook, .n_thread = 1};
         status = nmm_chart_write(&context, &e.chart, path, 0);
         assert_true(status == NMM_OK || status == NMM_ERROR_MEMORY);
         assert_int_equal(hook.live, 0);
@@ -252,7 +252,5 @@ int main(void) {
         cmocka_unit_test(test_nothing_to_draw),
         cmocka_unit_test(test_memory),
     };
-    const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    fixture_clean();
-    return failed;
+    return cmocka_run_group_tests(tests, NULL, fixture_clean);
 }

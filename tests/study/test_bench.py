@@ -28,11 +28,13 @@ COLUMNS = {
     "fig7": "scene order device threads sor_ms ms speedup_over_sor speedup_over_serial end",
     "contact": "blocks edges contacts threads step_ms step_us_per_block device",
     "wall": "blocks unknowns threads step_ms public_dda_ms device",
+    "only": "feature scene unknowns without_ms with_ms time_saved without_mb with_mb memory_saved",
     "growth": "scene unknowns contact_ms assembly_ms solver_ms step_ms megabytes device",
 }
 # Columns with words, and those where nothing may stand.
-WORDS = {"scene", "device", "method", "end"}
-MAY_BE_EMPTY = {"difference", "public_dda_ms", "part_of_public_dda", "direct_share"}
+WORDS = {"feature", "scene", "device", "method", "end"}
+MAY_BE_EMPTY = {"difference", "public_dda_ms", "part_of_public_dda", "direct_share", "file_without_mb",
+                "file_with_mb"}
 
 
 class Bench(unittest.TestCase):
@@ -107,6 +109,14 @@ class Bench(unittest.TestCase):
 
     def test_growth(self):
         self.measure("growth", "--threads", "1")
+
+    def test_only(self):
+        _, rows = self.measure("only")
+        self.assertEqual(len({r["feature"] for r in rows}), len(rows))
+        by_name = {r["feature"]: r for r in rows}
+        lattice, fields = by_name["a lattice in each block"], by_name["velocity and stress in it"]
+        self.assertGreater(float(lattice["memory_saved"]), 10)
+        self.assertGreater(float(fields["file_with_mb"]), 1.1 * float(fields["file_without_mb"]))
 
     def test_what_was_not_run_on_a_gpu_says_so(self):
         done = self.run_bench("fig7", "--quick", "--scenes", "scenes", "--threads", "1")

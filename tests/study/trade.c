@@ -436,35 +436,18 @@ static void it_ends_where_the_caller_wants(void **unused) {
 
 // --- Memory
 
-typedef struct hook {
-    long calls, fail_at, live;
-} hook;
-
-static void *allocate(void *user, void *old, size_t size) {
-    hook *h = user;
-    if (size == 0) {
-        h->live -= old != NULL;
-        free(old);
-        return NULL;
-    }
-    if (h->calls++ == h->fail_at) return NULL;
-    void *block = realloc(old, size);
-    h->live += old == NULL && block != NULL;
-    return block;
-}
-
 // Each allocation fails once: at first every one, then fewer and fewer, for there are thousands.
 static void memory_may_fail_anywhere(void **unused) {
     (void)unused;
     nmm_status status = NMM_ERROR_MEMORY;
     long failed = 0;
     for (long at = 0; status != NMM_OK; at += 1 + at / 16) {
-        hook h = {.fail_at = at};
+        test_failing h = {.fail_at = at};
         nmm_trade_def def = definition("column.yaml");
         nmm_bench *bench = NULL;
         def.knobs = "size,dt";
         def.want = 0.5;
-        def.allocate = allocate;
+        def.allocate = test_failing_hook;
         def.allocate_user = &h;
         status = nmm_trade_run(&bench, &def);
         if (status == NMM_OK) status = nmm_bench_plot(bench, "memory.svg");

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+//
+// The balance of forces, block by block. Sums go over the covers in their order, one thread: they
+// are next to nothing beside a residual, and the same bits for any number of threads.
+
+#include "balance.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+// Weights of blocks: within a few powers of two they are not worth the work, and beyond the digits
+// of a number they mean nothing.
+enum { LEAST_BITS = 4, MOST_BITS = 40 };
+
+// --- The object
+
+static void find_held(nmm_balance *balance, const nmm_model *model, const nmm_system *system) {
+    for (int b = 0; b < balance->n_block; b++)
+        balance->held[b] = system->fixed != NULL;
+    for (int c = 0; c < model->n_cover && system->fixed != NULL; c++)
+        if (system->fixed[c] != 3) balance->held[model->cover_block[c]] = false;
+}
+
+nmm_status nmm_balance_open(nmm_context *context, nmm_balance *balance, const nmm_model *model,
+                            const nmm_system *system) {
+    const size_t n = (size_t)model->n_block;
+    balance->n_block = model->n_block;
+    TRY(nmm_allocate(context, &balance->held, n, sizeof(bool)));
+    TRY(nmm_allocate(context, &balance->group, n, sizeof(int)));
+    TRY(nmm_allocate(context, &balance->count, n, sizeof(int)));
+    TRY(nmm_allocate(context, &balance->block, n, sizeof(nmm_balance_sums)));
+    TRY(nmm_allocate(context, &balance->whole, n, sizeof(nmm_balance_sums)));
+    TRY(nmm_allocate(context, &balance->allowed, n, sizeof(double)));
+    TRY(nmm_allocate(context, &balance->exponent, n, sizeof(int)));
+    find_held(balance, model, system);
+    return NMM_OK;
+}
+
+void nmm_balance_close(nmm_context *context, nmm_balance *balance) {
+    nmm_release(context, &balance->held);
+    nmm_release(context, &balance->group);
+    nmm_release(context, &balance->count);
+    nmm_release(context, &balance->block);
+    nmm_release(context, &balance->whole);
+    nmm_release(context, &balance->allowed);
+    nmm_release(context, &balance->exponent);
+}
+
+// --- Groups
+
+// The first block of a group, on the way to which others are led straight to it.
+static int first_of(int *group, int block) {
+    while (group[block] != block) {
+        group[block] = group[group[block]];
+        block = group[block];
+    }
+    return block;
+}
+
+void nmm_balance_group(nmm_balance *balance, const nmm_model *model, const nmm_state *state) {
+    int *group = balance->group;
+    for (int b = 0; b < balance->n_block; b++)
+        group[b] = b;
+    for (int k = 0; k < state->n_contact; k++) {
+        const int a = model->vertex_block[state->contact[k].vertex];
+        const int b = model->vertex_block[state->contact[k].edge];
+        // What is held passes nothing on.
+        if (balance->held[a] || balance->held[b]) continue;
+        const int first = first_of(group, a), second = first_of(group, b);
+        group[nmm_max_int(first, second)] = nmm_min_int(first, second);
+    }
+    memset(balance->count, 0, (size_t)balance->n_block * sizeof(int));
+    for (int b = 0; b < balance->n_block; b++) {
+        group[b] = first_of(group, b);
+        balance->count[group[b]] += 1;
+    }
+}
+
+// --- What rounding leaves
+
+static double square(double x) {
+    return x * x;
+}
+
+// Springs of closed contacts: a gap is a difference of places.
+static void add_gaps(nmm_balance *balance, const nmm_model *model, const nmm_state *state) {
+    for (int k = 0; k < state->n_contact; k++) {
+        const nmm_contact *contact = &state->contact[k];
+        if (contact->mode == NMM_CONTACT_OPEN) continue;
+        const double force = square(contact->normal_stiffness * model->height);
+        const int a = model->vertex_block[contact->vertex], b = model->vertex_block[contact->edge];
+        // What is held has nothing to balance.
+        balance->block[a].rounding += balance->held[a] ? 0 : force;
+        balance->block[b].rounding += balance->held[b] ? 0 : force;
+    }
+}
+
+void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
+                       const nmm_state *state, double h, double reach) {
+    const nmm_bsr *K = &system->K;
+    for (int b = 0; b < balance->n_block; b++)
+        balance->block[b].rounding = 0;
+    for (int c = 0; c < K->n_row; c++) {
+        if (system->fixed != NULL && system->fixed[c] == 3) continue;
+        const double *block = K->value + 4 * (long)K->diagonal[c];
+        const double *d = state->displacement + 2 * (long)c;
+        const double *v = state->velocity + 2 * (long)c;
+        const double *load = system->load + 2 * (long)c;
+        const double mass = system->cover_mass[c], inertia = 2 * mass / h;
+        // Where the motion and the loads lead in the step, where that can be meant.
+        const double fall = 0.5 * h * h / mass;
+        const double mx = nmm_min(h * fabs(v[0]) + fall * fabs(load[0]), reach);
+        const double my = nmm_min(h * fabs(v[1]) + fall * fabs(load[1]), reach);
+        const double x = block[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);
+        const double y = block[3] * (fabs(d[1]) + my) + inertia * fabs(v[1]);
+        balance->block[model->cover_block[c]].rounding += x * x + y * y;
+    }
+    add_gaps(balance, model, state);
+    for (int b = 0; b < balance->n_block; b++)
+        balance->block[b].rounding *= DBL_EPSILON * DBL_EPSILON;
+}
+
+// --- What is left
+
+static void add_covers(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
+                       const double *left) {
+    for (int b = 0; b < balance->n_block; b++)
+        balance->block[b].force = balance->block[b].left = 0;
+    for (int c = 0; c < model->n_cover; c++) {
+        if (system->fixed != NULL && system->fixed[c] == 3) continue;
+        nmm_balance_sums *block = &balance->block[model->cover_block[c]];
+        block->force += system->scale[c];
+        block->left += square(left[2 * c]) + square(left[2 * c + 1]);
+    }
+}
+
+static void add_blocks(nmm_balance *balance) {
+    memset(balance->whole, 0, (size_t)balance->n_block * sizeof *balance->whole);
+    for (int b = 0; b < balance->n_block; b++) {
+        nmm_balance_sums *whole = &balance->whole[balance->group[b]];
+        whole->force += balance->block[b].force;
+        whole->left += balance->block[b].left;
+        whole->rounding += balance->block[b].rounding;
+    }
+}
+
+// What is left, by its square, over what is allowed; what is not a number counts as infinite.
+static double excess(double left, double allowed) {
+    const double quotient = left == 0 ? 0 : sqrt(left) / allowed;
+    return quotient == quotient ? quotient : INFINITY;
+}
+
+double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
+                            const double *left, double tolerance) {
+    add_covers(balance, system, model, left);
+    add_blocks(balance);
+    double worst = 0;
+    for (int b = 0; b < balance->n_block; b++) {
+        const nmm_balance_sums *block = &balance->block[b];
+        const int first = balance->group[b];
+        const nmm_balance_sums *whole = &balance->whole[first];
+        // In a group of equal blocks one of them may have what the group may have together.
+        const double scale = nmm_min(balance->count[first] * block->force, whole->force);
+        balance->allowed[b] = tolerance * sqrt(scale) + sqrt(block->rounding);
+        const double of_block = excess(block->left, balance->allowed[b]);
+        const double in_all = tolerance * sqrt(whole->force) + sqrt(whole->rounding);
+        const double of_group = first == b ? excess(whole->left, in_all) : 0;
+        worst = nmm_max(worst, nmm_max(of_block, of_group));
+    }
+    return worst;
+}
+
+double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
+                         double tolerance) {
+    return nmm_balance_worst_of(balance, system, model, system->residual, tolerance);
+}
+
+// --- Weights
+
+void nmm_balance_weigh(nmm_balance *balance, bool wanted) {
+    double largest = 0;
+    int lowest = 0, most = 0;
+    for (int b = 0; b < balance->n_block; b++)
+        largest = nmm_max(largest, balance->allowed[b]);
+    frexp(largest, &most);
+    for (int b = 0; b < balance->n_block; b++) {
+        int own = most;
+        if (balance->allowed[b] > 0) frexp(balance->allowed[b], &own);
+        balance->exponent[b] = nmm_min_int(most - own, MOST_BITS);
+        lowest = nmm_max_int(lowest, balance->exponent[b]);
+    }
+    balance->weighted = wanted && lowest > LEAST_BITS;
+    balance->n_class = nmm_min_int(lowest / NMM_FORCE_CLASS_BITS, NMM_FORCE_CLASSES - 1) + 1;
+}
+
+double nmm_balance_norm(const nmm_balance *balance, const nmm_system *system,
+                        const nmm_model *model, int n_thread) {
+    const double *r = system->residual;
+    if (!balance->weighted) return sqrt(nmm_sum_product(2 * model->n_cover, r, r, n_thread));
+    double sum = 0;
+    for (int c = 0; c < model->n_cover; c++) {
+        const double factor = ldexp(1, balance->exponent[model->cover_block[c]]);
+        sum += square(factor * r[2 * c]) + square(factor * r[2 * c + 1]);
+    }
+    return sqrt(sum);
+}
+
+double nmm_balance_limit(const nmm_balance *balance) {
+    double least = INFINITY;
+    for (int b = 0; b < balance->n_block; b++) {
+        if (!(balance->allowed[b] > 0)) continue;
+        const int exponent = balance->weighted ? balance->exponent[b] : 0;
+        least = nmm_min(least, ldexp(balance->allowed[b], exponent));
+    }
+    return least < INFINITY ? least : 0;
+}
+
+// Times 2^(sign * exponent), the change the other way.
+static void weigh(const nmm_balance *balance, nmm_system *system, const nmm_model *model,
+                  int sign) {
+    const nmm_bsr *K = &system->K;
+    if (!balance->weighted) return;
+    for (int c = 0; c < K->n_row; c++) {
+        const int own = sign * balance->exponent[model->cover_block[c]];
+        const double factor = ldexp(1, own), back = ldexp(1, -own);
+        for (int x = 0; x < 2; x++) {
+            system->residual[2 * c + x] *= factor;
+            system->change[2 * c + x] *= back;
+        }
+        for (int k = K->row_start[c]; k < K->row_start[c + 1]; k++) {
+            const int other = sign * balance->exponent[model->cover_block[K->col[k]]];
+            if (own + other == 0) continue;
+            const double both = ldexp(1, own + other);
+            for (int i = 0; i < 4; i++)
+                K->value[4 * (long)k + i] *= both;
+        }
+    }
+}
+
+void nmm_balance_put_weights(const nmm_balance *balance, nmm_system *system,
+                             const nmm_model *model) {
+    weigh(balance, system, model, 1);
+}
+
+void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,
+                              const nmm_model *model) {
+    weigh(balance, system, model, -1);
+}
+
+// --- Work
+
+void nmm_balance_work(const nmm_balance *balance, const nmm_system *system, const nmm_model *model,
+                      int n_thread, double work[NMM_FORCE_CLASSES]) {
+    const double *change = system->change, *residual = system->residual;
+    memset(work, 0, NMM_FORCE_CLASSES * sizeof *work);
+    if (balance->n_class == 1) {
+        work[0] = nmm_sum_product(2 * model->n_cover, change, residual, n_thread);
+        return;
+    }
+    for (int c = 0; c < model->n_cover; c++) {
+        const int bits = balance->exponent[model->cover_block[c]];
+        const int class = nmm_min_int(bits / NMM_FORCE_CLASS_BITS, NMM_FORCE_CLASSES - 1);
+        work[class] += change[2 * c] * residual[2 * c] + change[2 * c + 1] * residual[2 * c + 1];
+    }
+}

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+//
+// A scene pays only for what is in it: calls of floors that it does not need are counted (the
+// linker puts these functions before the real ones), and bytes by the context.
+
+#include "scenes.h"
+#include "test.h"
+
+static int n_contact_call, n_mixing_call;
+
+#define COUNTED(function)                                                                          \
+    extern __typeof__(nmm_##function) real_##function __asm__("__real_nmm_" #function);            \
+    extern __typeof__(nmm_##function) counted_##function __asm__("__wrap_nmm_" #function)
+
+COUNTED(contact_open);
+COUNTED(contact_find);
+COUNTED(contact_evaluate);
+COUNTED(contact_commit);
+COUNTED(mixing_take);
+
+nmm_status counted_contact_open(nmm_context *context, const nmm_model *model,
+                                const nmm_contact_options *options, nmm_contact_search **search) {
+    n_contact_call += 1;
+    return real_contact_open(context, model, options, search);
+}
+
+nmm_status counted_contact_find(nmm_context *context, nmm_contact_search *search,
+                                const nmm_model *model, nmm_state *state, double reach) {
+    n_contact_call += 1;
+    return real_contact_find(context, search, model, state, reach);
+}
+
+nmm_contact_verdict counted_contact_evaluate(const nmm_contact_search *search,
+                                             const nmm_model *model, nmm_state *state,
+                                             int n_thread) {
+    n_contact_call += 1;
+    return real_contact_evaluate(search, model, state, n_thread);
+}
+
+void counted_contact_commit(const nmm_contact_search *search, const nmm_model *model,
+                            nmm_state *state, nmm_contact_energy *energy) {
+    n_contact_call += 1;
+    real_contact_commit(search, model, state, energy);
+}
+
+bool counted_mixing_take(nmm_mixing *mixing, const double *place, double *change, bool mix,
+                         int n_thread) {
+    n_mixing_call += 1;
+    return real_mixing_take(mixing, place, change, mix, n_thread);
+}
+
+static nmm_sim *start(const char *text, bool search_always) {
+    nmm_sim_def def = nmm_default_sim_def();
+    def.path = "test.yaml";
+    def.text = text;
+    def.text_length = strlen(text);
+    def.n_thread = 1;
+    def.search_always = search_always;
+    nmm_sim *sim = NULL;
+    n_contact_call = n_mixing_call = 0;
+    assert_int_equal(nmm_sim_create(&sim, &def), NMM_OK);
+    return sim;
+}
+
+// --- Contact
+
+static void one_block_never_searches(void **unused) {
+    (void)unused;
+    const char *const text[] = {SCENE_FALL, SCENE_COLUMN};
+    for (int k = 0; k < 2; k++) {
+        nmm_sim *sim = start(text[k], false);
+        take_steps(sim, 5);
+        assert_int_equal(sim->state.step, 5);
+        assert_int_equal(n_contact_call + n_mixing_call, 0);
+        const void *const none[] = {
+            sim->search,       sim->start_contact,     sim->state.contact,
+            sim->mixing.place, sim->mixing.places[0],  sim->system.spring,
+            sim->system.pull,  sim->system.edge_force, sim->system.contact_force,
+        };
+        for (size_t i = 0; i < sizeof none / sizeof *none; i++)
+            assert_null(none[i]);
+        nmm_sim_destroy(sim);
+    }
+}
+
+static void two_blocks_do(void **unused) {
+    (void)unused;
+    nmm_sim *sim = start(SCENE_BLOCK_ON_BASE, false);
+    take_steps(sim, 5);
+    assert_true(n_contact_call >= 1 + 3 * 5);
+    assert_true(n_mixing_call > 0);
+    assert_non_null(sim->system.contact_force);
+    nmm_sim_destroy(sim);
+}
+
+// Forced on it changes nothing, and what the check says it takes is what it takes.
+static void the_search_left_out_is_of_no_use(void **unused) {
+    (void)unused;
+    nmm_sim *sim[2];
+    nmm_check check;
+    for (int on = 0; on < 2; on++) {
+        sim[on] = start(SCENE_COLUMN, on);
+        take_steps(sim[on], 20);
+        assert_int_equal(sim[on]->state.step, 20);
+        assert_int_equal(n_contact_call > 0, on);
+        assert_int_equal(sim[on]->state.n_contact, 0);
+    }
+    for (int i = 0; i < 2 * sim[0]->model.n_cover; i++)
+        assert_near(sim[1]->state.displacement[i], sim[0]->state.displacement[i], 1e-15);
+    const double more = (double)sim[1]->context.live_bytes - (double)sim[0]->context.live_bytes;
+    assert_int_equal(nmm_sim_check(sim[0], &check), NMM_OK);
+    assert_close(sim[0]->costs.contact_bytes, more, 0.2);
+    assert_true(sim[0]->costs.contact_seconds > 0);
+    for (int on = 0; on < 2; on++)
+        nmm_sim_destroy(sim[on]);
+}
+
+// --- Other features
+
+static void means_are_kept_for_newmark_only(void **unused) {
+    (void)unused;
+    const char *const newmark[] = {"analysis.scheme=newmark"};
+    nmm_check check;
+    nmm_sim *sim = open_scene(SCENE_COLUMN, 0, NULL), *other = open_scene(SCENE_COLUMN, 1, newmark);
+    assert_null(sim->system.start_stress);
+    assert_null(sim->system.start_load);
+    assert_null(sim->system.start_reaction);
+    assert_non_null(other->system.start_stress);
+    const double more = (double)other->context.live_bytes - (double)sim->context.live_bytes;
+    assert_int_equal(nmm_sim_check(sim, &check), NMM_OK);
+    assert_close(sim->costs.mean_bytes, more, 0.02);
+    nmm_sim_destroy(sim);
+    nmm_sim_destroy(other);
+}
+
+static void what_is_not_held_has_no_reaction(void **unused) {
+    (void)unused;
+    nmm_sim *fall = open_scene(SCENE_FALL, 0, NULL),
+            *base = open_scene(SCENE_BLOCK_ON_BASE, 0, NULL);
+    assert_null(fall->system.fixed);
+    assert_null(fall->system.reaction);
+    assert_null(fall->system.support_force);
+    assert_null(fall->start_support);
+    assert_null(fall->model.load);
+    assert_null(fall->model.monitor);
+    assert_non_null(base->system.fixed);
+    nmm_sim_destroy(fall);
+    nmm_sim_destroy(base);
+}
+
+// Room is made in the first steps; then a step asks for nothing.
+static void steps_allocate_nothing(void **unused) {
+    (void)unused;
+    const char *const text[] = {SCENE_FALL, SCENE_COLUMN, SCENE_BLOCK_ON_BASE};
+    for (int k = 0; k < 3; k++) {
+        nmm_sim *sim = open_scene(text[k], 0, NULL);
+        take_steps(sim, 20);
+        const long calls = sim->context.n_call;
+        const size_t bytes = sim->context.live_bytes;
+        take_steps(sim, 20);
+        assert_int_equal(sim->context.n_call - calls, 0);
+        assert_int_equal(sim->context.live_bytes, bytes);
+        nmm_sim_destroy(sim);
+    }
+}
+
+// The list of features names each once, and says what it takes or saves.
+static void the_list_tells_bytes(void **unused) {
+    (void)unused;
+    nmm_check check;
+    nmm_sim *sim = open_scene(SCENE_COLUMN, 0, NULL);
+    assert_null(strstr(nmm_sim_choices(sim), "saves"));
+    assert_int_equal(nmm_sim_check(sim, &check), NMM_OK);
+    const char *words = nmm_sim_choices(sim);
+    const char *contact = strstr(words, "off contact ");
+    assert_non_null(contact);
+    assert_null(strstr(contact + 1, "off contact "));
+    const char *end = strchr(contact, '\n'), *saves = strstr(contact, "; saves ");
+    assert_true(saves != NULL && saves < end);
+    double kilobytes = 0;
+    assert_int_equal(sscanf(saves, "; saves %lf kB", &kilobytes), 1);
+    assert_close(1e3 * kilobytes, sim->costs.contact_bytes, 0.01);
+    nmm_sim_destroy(sim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(one_block_never_searches),
+        cmocka_unit_test(two_blocks_do),
+        cmocka_unit_test(the_search_left_out_is_of_no_use),
+        cmocka_unit_test(means_are_kept_for_newmark_only),
+        cmocka_unit_test(what_is_not_held_has_no_reaction),
+        cmocka_unit_test(steps_allocate_nothing),
+        cmocka_unit_test(the_list_tells_bytes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
