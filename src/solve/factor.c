@@ -14,8 +14,9 @@
 #define PER_PLACE 1.0 // of a front, both of 2x2 blocks
 #define PER_PRODUCT 0.06
 
-// Smaller systems gain nothing from cuts.
-#define ROWS_TO_DISSECT 15000
+// Rows, and blocks of a row, from which on cuts gain more than they cost.
+#define ROWS_TO_CUT 12000
+#define BLOCKS_TO_CUT 6
 
 // By steps of the order, later by fronts, or by rows in order of elimination.
 typedef struct tree {
@@ -287,7 +288,8 @@ static void lay_out_columns(nmm_factor *f) {
 
 static nmm_status find_order(nmm_context *context, nmm_factor *f, const double *place, tree *t) {
     nmm_stages stages = {0};
-    const bool cut = place != NULL && f->n_row >= ROWS_TO_DISSECT;
+    const bool cut =
+        place != NULL && f->n_row >= ROWS_TO_CUT && f->n_block / f->n_row >= BLOCKS_TO_CUT;
     if (cut) {
         TRY(nmm_dissect(context, &f->stage_room, f->n_row, f->row_start, f->col, place, &stages));
     }
