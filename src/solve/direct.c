@@ -155,9 +155,9 @@ static double dot(const nmm_solver *s, const double *x, const double *y) {
 static double true_norm(const nmm_solver *s) {
     const double *f = s->wide.f;
     double *r = s->wide.r;
-    const int n = 2 * s->n_row, n_thread = s->n_thread;
+    const int n = 2 * s->n_row;
     s->variant->multiply(s, s->wide.u, r);
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n > 20000)
+#pragma omp parallel for num_threads(s->n_thread) schedule(static) if (n > 20000)
     for (int i = 0; i < n; i++)
         r[i] = f[i] - r[i];
     return sqrt(dot(s, s->wide.r, s->wide.r));
@@ -287,6 +287,7 @@ static nmm_status run(nmm_context *context, nmm_solver *s, const nmm_bsr *K, con
     *norm = nmm_solver_first_norm(s, u, true_norm);
     if (*norm <= s->limit) return NMM_OK;
     if (old_factor_pays(d, s)) {
+        TRY(nmm_factor_reserve(context, &d->factor, s->n_thread));
         try_old_factor(d, s, u, norm, report);
         if (*norm <= s->limit) return NMM_OK;
     }

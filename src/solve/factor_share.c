@@ -167,7 +167,7 @@ static long size_of_rest(const nmm_front *front, int kind) {
 }
 
 // The front takes what its children left, and leaves its own.
-static void pile_up(nmm_factor *f, int i, const char *side, pair_of_stacks *s) {
+static void pile_up(nmm_factor *f, int i, const unsigned char *side, pair_of_stacks *s) {
     nmm_front *front = &f->front[i];
     const int own = side[i];
     if (!front->kept) {
@@ -184,11 +184,12 @@ static void pile_up(nmm_factor *f, int i, const char *side, pair_of_stacks *s) {
 }
 
 // The second stack begins where the first may end.
-static void place_second(nmm_factor *f, int i, const char *side, const pair_of_stacks *s) {
+static void place_second(nmm_factor *f, int i, const unsigned char *side, const pair_of_stacks *s) {
     if (side[i] == 1 && !f->front[i].kept) f->front[i].rest[s->kind] += s->most[0];
 }
 
-static long pile_up_part(nmm_factor *f, const nmm_factor_part *part, const char *side, int kind) {
+static long pile_up_part(nmm_factor *f, const nmm_factor_part *part, const unsigned char *side,
+                         int kind) {
     pair_of_stacks s = {.kind = kind};
     for (int i = part->first; i < part->end; i++)
         pile_up(f, i, side, &s);
@@ -197,7 +198,7 @@ static long pile_up_part(nmm_factor *f, const nmm_factor_part *part, const char 
     return s.most[0] + s.most[1];
 }
 
-static long pile_up_top(nmm_factor *f, const char *side, int kind) {
+static long pile_up_top(nmm_factor *f, const unsigned char *side, int kind) {
     pair_of_stacks s = {.kind = kind};
     for (int k = 0; k < f->n_top; k++)
         pile_up(f, f->top[k], side, &s);
@@ -218,11 +219,11 @@ static long keep_all(nmm_factor *f, int kind, long n) {
 }
 
 static void lay_out_stacks(nmm_factor *f) {
-    char *side = (char *)f->tree;
+    unsigned char *side = (unsigned char *)f->tree;
     for (int i = f->n_front - 1; i >= 0; i--) {
         nmm_front *front = &f->front[i];
         const int p = front->parent;
-        side[i] = p < 0 ? 0 : (char)(1 - side[p]);
+        side[i] = p < 0 ? 0 : (unsigned char)(1 - side[p]);
         front->kept = front->part >= 0 && p >= 0 && is_in_top(f, p);
     }
     for (int kind = 0; kind < 2; kind++) {
