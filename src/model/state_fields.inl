@@ -9,4 +9,5 @@ FIELD(double, position,           n_point,         2, "m",      "current place o
 FIELD(double, rotation,           n_element,       2, "",       "cosine and sine of an element's rotation")
 FIELD(double, stress,             n_element,       3, "Pa",     "sxx, syy, sxy along the fixed axes; tension positive")
 FIELD(double, initial_stress,     n_element,       3, "Pa",     "stress at zero strain, in the element's own frame")
+FIELD(double, sample_initial,     n_sample,        3, "Pa",     "order > 0: initial stress at a sample")
 FIELD(double, support_force,      n_support,       2, "N",      "carried reaction of a support point")

@@ -109,7 +109,8 @@ void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm
         const double *load = system->load + 2 * (long)c;
         const double mass = system->cover_mass[c], inertia = 2 * mass / h;
         // Where the motion and the loads lead in the step, where that can be meant.
-        const double fall = 0.5 * h * h / mass;
+        // The integral of a function of order 2 may vanish.
+        const double fall = mass > 0 ? 0.5 * h * h / mass : 0;
         const double mx = nmm_min(h * fabs(v[0]) + fall * fabs(load[0]), reach);
         const double my = nmm_min(h * fabs(v[1]) + fall * fabs(load[1]), reach);
         const double x = block[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);
