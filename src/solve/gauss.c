@@ -29,6 +29,9 @@
 #define ANALYSE 30.0    // by block
 #define FIRST_WORK 10.0 // of a factor not known yet, by block
 
+// Work of a factor from which on threads share it.
+#define LEAST_SHARED 1e6
+
 // Orders of magnitude that an iteration gains where nothing is known, and solves after which that
 // counts again.
 #define RATE_OF_SWEEPS 0.2
@@ -73,7 +76,7 @@ static bool has_threes(const nmm_bsr *K, const int *body) {
     if (body == NULL || K->n_row % 3 != 0) return false;
     for (int row = 0; row < K->n_row; row++) {
         const int i = row % 3, first = K->diagonal[row] - i;
-        if (body[row] != body[row - i]) return false;
+        if (body[row] < 0 || body[row] != body[row - i]) return false;
         if (first < K->row_start[row] || first + 3 > K->row_start[row + 1]) return false;
         if (K->col[first] != row - i || K->col[first + 2] != row - i + 2) return false;
     }
@@ -167,7 +170,7 @@ static void begin(const nmm_solver *s, nmm_gauss *g, int kind) {
 // w = preconditioned product with v. With the factor of K itself that is v and the coupling's part.
 static void multiply(const nmm_solver *s, nmm_gauss *g, int kind, const double *v, double *w) {
     if (kind == NMM_GAUSS_FACTOR) {
-        s->variant->apply_factor(&g->factor, v, g->t);
+        nmm_factor_fastest()->apply(&g->factor, v, g->t);
         s->variant->couple(s->options.coupling, s->n, g->t, g->extra);
         for (int i = 0; i < 2 * s->n; i++)
             w[i] = v[i] + g->extra[i];
@@ -193,7 +196,7 @@ static void add_best(const nmm_solver *s, nmm_gauss *g, int kind, const triangle
         for (int i = 0; i < n; i++)
             g->ahead[i] += part[j] * g->basis[(long)j * n + i];
     if (kind == NMM_GAUSS_FACTOR)
-        s->variant->apply_factor(&g->factor, g->ahead, g->t);
+        nmm_factor_fastest()->apply(&g->factor, g->ahead, g->t);
     else
         s->variant->gauss_backward(s, g, g->ahead, g->t);
     for (int i = 0; i < n; i++)
@@ -268,9 +271,11 @@ static nmm_status prepare(nmm_context *context, nmm_solver *s, nmm_gauss *g, con
         *made = make_lumps(g, s, K);
         return NMM_OK;
     }
-    TRY(nmm_factor_analyse(context, &g->factor, K));
-    TRY(nmm_factor_reserve(context, &g->factor));
-    *made = s->variant->make_factor(&g->factor, K->value) < 0;
+    const double *place = s->options.body != NULL ? s->options.place : NULL;
+    TRY(nmm_factor_analyse(context, &g->factor, K, place));
+    const int n_thread = g->factor.work < LEAST_SHARED ? 1 : g->n_thread;
+    TRY(nmm_factor_reserve(context, &g->factor, n_thread));
+    *made = nmm_factor_fastest()->make(&g->factor, K->value) < 0;
     return NMM_OK;
 }
 
@@ -344,6 +349,7 @@ nmm_status nmm_gauss_solve(nmm_context *context, nmm_solver *solver, const nmm_b
     own.blocks = NMM_BLOCKS_COVER;
     own.precision = NMM_PRECISION_DOUBLE;
     own.n_thread = 1;
+    g->n_thread = nmm_max_int(options->n_thread > 0 ? options->n_thread : context->n_thread, 1);
     own.tolerance = nmm_max(own.tolerance, options->coupling->tolerance);
     TRY(nmm_solver_prepare(context, solver, K, keep_pattern, &own));
     remember(g, solver->pattern_kept);

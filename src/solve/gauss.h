@@ -27,6 +27,7 @@ typedef struct nmm_gauss {
     int capacity;              // rows there is room for
     int pause, next_pause;     // solves left out: still to come, and after the next failure
     nmm_factor factor;
+    int n_thread;                 // that make it
     double rate[NMM_GAUSS_KINDS]; // orders of magnitude that an iteration gains
     int solves;                   // since rates were last forgotten
     int n_kept;                   // with the pattern at hand

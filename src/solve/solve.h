@@ -69,7 +69,9 @@ typedef struct nmm_solve_options {
     // correction. Read when a pattern is new. Out of range: NMM_ERROR_ARGUMENT, whatever the blocks
     // are.
     const double *place; // [n_row][2] m, within -1e100 .. 1e100: where a row's displacements are
-    const int *body;     // [n_row] 0 .. n_row - 1: rows of one body are connected by its elements
+    // [n_row] 0 .. n_row - 1: rows of one body are connected by its elements; -1: a row that has no
+    // part in rigid motions
+    const int *body;
     // What friction adds to K; NULL: nothing. Taken into account by auto on the host where that
     // pays, see the report; everything else solves the system without it, which is symmetric.
     const nmm_coupling *coupling;

@@ -10,15 +10,15 @@
 /// Knobs by what they have in common, as there are eight colours.
 enum { N_GROUP = 8 };
 static const char *const group_name[N_GROUP] = {
-    "the scene as it stands", "size",   "dt", "size with dt", "mesh, scheme", "tolerance",
-    "solver, precision",      "penalty"};
+    "the scene as it stands", "size",  "dt",     "size with dt", "mesh, scheme",
+    "tolerances, precision",  "order", "penalty"};
 
 static int group_of(nmm_trade_knob knob) {
     static const int group[NMM_TRADE_KNOBS] = {
         [NMM_TRADE_SCENE] = 0,     [NMM_TRADE_SIZE] = 1,   [NMM_TRADE_DT] = 2,
         [NMM_TRADE_BOTH] = 3,      [NMM_TRADE_MESH] = 4,   [NMM_TRADE_SCHEME] = 4,
-        [NMM_TRADE_TOLERANCE] = 5, [NMM_TRADE_SOLVER] = 6, [NMM_TRADE_PRECISION] = 6,
-        [NMM_TRADE_PENALTY] = 7};
+        [NMM_TRADE_TOLERANCE] = 5, [NMM_TRADE_SOLVER] = 5, [NMM_TRADE_PRECISION] = 5,
+        [NMM_TRADE_ORDER] = 6,     [NMM_TRADE_PENALTY] = 7};
     return group[knob];
 }
 
