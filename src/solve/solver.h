@@ -203,13 +203,6 @@ typedef int nmm_invert(nmm_clusters *clusters, const int *row_start, const int *
 /// Project the matrix on the motions of the parts and factorise it.
 typedef void nmm_make_coarse(nmm_coarse *coarse, const nmm_coarse_source *source);
 
-/// The numbers of the factor for those of K, whose pattern was analysed, and which has room; row of
-/// K whose pivot is not positive, -1: none.
-typedef int nmm_make_factor(nmm_factor *factor, const double *value);
-
-/// z = K^-1 r by the factor; both [n_row][2].
-typedef void nmm_apply_factor(const nmm_factor *factor, const double *r, double *z);
-
 /// y = K x, both [n][2].
 typedef void nmm_multiply(const nmm_solver *solver, const double *x, double *y);
 
@@ -223,8 +216,6 @@ struct nmm_variant {
     nmm_jacobi_run *run;
     nmm_invert *invert;
     nmm_make_coarse *make_coarse;
-    nmm_make_factor *make_factor;
-    nmm_apply_factor *apply_factor;
     nmm_multiply *multiply;
 };
 
