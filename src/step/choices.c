@@ -88,6 +88,8 @@ static void say_features(text *out, const nmm_sim *sim) {
         {"contact", contact, "boundaries can meet: several blocks, or a crack",
          "one block without a crack: no search, no contact memory", costs->contact_bytes,
          costs->contact_seconds},
+        {"curved functions", model->order > 0, "covers.order above 0: elements by samples",
+         "covers.order 0: constant strain in an element, no samples", costs->curved_bytes, 0},
         {"augmentation", augmented, "contact.method augmented",
          "contact.method penalty, or no contact", 0, 0},
         {"bonds", has_bonds(model), "an interface has cohesion or tensile strength",

@@ -44,11 +44,15 @@ static nmm_status weigh_contact(nmm_sim *sim, nmm_costs *costs) {
 
 nmm_status nmm_costs_weigh(nmm_sim *sim, nmm_costs *costs) {
     const nmm_model *model = &sim->model;
-    const double n = model->n_cover, number = sizeof(double);
+    const double n = model->n_cover, number = sizeof(double), m = model->n_local;
+    const double n_stress = model->order == 0 ? model->n_element : model->n_sample;
+    // Products of functions, samples with their initial stress, stiffness of elements.
+    const double curved = model->n_element * (m * (m + 1) / 2 + 4 * m * m) + 7.0 * model->n_sample;
     const double point = 3 * sizeof(float) * (double)model->n_point;
     *costs = (nmm_costs){
         .known = true,
-        .mean_bytes = number * (3.0 * model->n_element + 2 * n + 2.0 * model->n_support),
+        .mean_bytes = number * (3 * n_stress + 2 * n + 2.0 * model->n_support),
+        .curved_bytes = model->order > 0 ? number * curved : 0,
         .hold_bytes = (1 + 2 * number) * n,
         .displacement_bytes = point,
         .velocity_bytes = point,
