@@ -60,7 +60,9 @@ typedef struct nmm_solve_options {
     // correction. Read when a pattern is new. Out of range: NMM_ERROR_ARGUMENT, whatever the blocks
     // are.
     const double *place; // [n_row][2] m, within -1e100 .. 1e100: where a row's displacements are
-    const int *body;     // [n_row] 0 .. n_row - 1: rows of one body are connected by its elements
+    // [n_row] 0 .. n_row - 1: rows of one body are connected by its elements; -1: a row that has no
+    // part in rigid motions
+    const int *body;
     // What was made from the last system's values (inverted blocks, coarse factor, direct factor,
     // bounds of the spectrum) may serve this one, which differs little. What follows from a kept
     // pattern, and the rates that auto has learned, serve in any case.

@@ -51,9 +51,10 @@ typedef struct nmm_dump {
 /// What features cost, whether the scene has them or not.
 typedef struct nmm_costs {
     bool known;                    // weighed, which nmm_sim_check does
+    double curved_bytes;           // samples, stiffness and products of functions; order 0: 0
+    double tie_bytes;              // of ties of slivers; none: 0
     double contact_bytes;          // search and mixing of passes, without forces and springs
     double contact_seconds;        // of one search
-    double curved_bytes;           // of covers of order 1 and 2; 0: there are none
     double mean_bytes, hold_bytes; // start of a step; held covers
     double displacement_bytes, velocity_bytes, stress_bytes; // of a frame of the run file
 } nmm_costs;

@@ -67,7 +67,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
             settings->precision == NMM_SCENE_MIXED ? NMM_PRECISION_MIXED : NMM_PRECISION_DOUBLE,
         // The coarse correction is on the host only.
         .place = sim->comparable ? NULL : sim->model.cover_place,
-        .body = sim->comparable ? NULL : sim->model.cover_block,
+        .body = sim->comparable ? NULL : nmm_system_body(&sim->system, &sim->model),
         // Within a step only: matrices of other steps differ more.
         .reuse = pass > 0,
         .tolerance = settings->solver_tolerance,

@@ -69,7 +69,7 @@ static nmm_status copy_system(nmm_context *context, const nmm_sim *sim, nmm_line
     TRY(copy(context, &s->f, sim->system.residual, n, 2 * sizeof(double)));
     TRY(copy(context, &s->guess, sim->system.change, n, 2 * sizeof(double)));
     TRY(copy(context, &s->place, sim->model.cover_place, n, 2 * sizeof(double)));
-    TRY(copy(context, &s->body, sim->model.cover_block, n, sizeof(int)));
+    TRY(copy(context, &s->body, nmm_system_body(&sim->system, &sim->model), n, sizeof(int)));
     return nmm_allocate(context, &s->u, n, 2 * sizeof(double));
 }
 

@@ -94,6 +94,11 @@ static void base_row(nmm_system *system, const nmm_model *model, int c, double i
     else
         add_curved(system, model, c);
     add_supports(system, model, c);
+    if (model->n_tie == 0 || system->tie_start[c] == system->tie_start[c + 1]) return;
+    for (long k = begin; k < end; k++) {
+        const double tie = system->share * system->tie_stiffness[k];
+        add_diagonal(system->base_value + 4 * k, tie, tie);
+    }
 }
 
 // Held unknowns leave the system: their couplings vanish, their diagonal stays as a scale.
@@ -189,7 +194,8 @@ static inline void add_couples(nmm_system *system, int c, int m) {
     for (int k = couples->cover_start[c]; k < couples->cover_start[c + 1]; k++) {
         const int q = couples->cover_couple[k] / (2 * m), i = couples->cover_couple[k] % (2 * m);
         double row[8 * NMM_MOST_LOCAL];
-        memset(row, 0, 8 * (size_t)m * sizeof *row);
+        for (int j = 0; j < 8 * m; j++)
+            row[j] = 0;
         bool any = false;
         for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
             if (system->spring_mode[p] == NMM_CONTACT_OPEN) continue;

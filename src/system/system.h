@@ -53,11 +53,17 @@ typedef struct nmm_system {
     nmm_elastic *elastic;       // [n_material]
     int *support_start, *cover_support; // n_local * support + place of the cover, by cover
     int *edge_start,
-        *cover_edge;      // n_local * loop edge + place of the cover in its element, by cover
-    double *reaction;     // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
-    unsigned char *fixed; // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
-    double damping;       // [1/s]
-    double share;         // of the end of a step in its mean forces: 2 beta, 1 in Shi's scheme
+        *cover_edge;  // n_local * loop edge + place of the cover in its element, by cover
+    double *reaction; // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
+    // Ties of slivers; NULL where there are none.
+    int *tie_start, *cover_tie; // 2 n_local * tie + place of the cover in it, by cover
+    double *tie_stiffness;      // [n_base] N/m, by entry of base_col
+    double *tie_mass;           // [n_base] kg, of base_mass
+    double *tie_force;          // [n_cover][2] N, inner forces
+    unsigned char *fixed;       // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
+    int *body;      // [n_cover] order > 0: block of a node's cover, -1: others; else NULL
+    double damping; // [1/s]
+    double share;   // of the end of a step in its mean forces: 2 beta, 1 in Shi's scheme
 
     // At the start of the step, where means over the step are taken; else NULL.
     double *start_stress;   // [n_element, order > 0: n_sample][3] Pa, Biot
@@ -102,6 +108,11 @@ static inline int nmm_spring_size(int m) {
     return 8 * m + 2;
 }
 
+/// Of each cover, the body that it moves rigidly with others, for a coarse correction.
+static inline const int *nmm_system_body(const nmm_system *system, const nmm_model *model) {
+    return system->body != NULL ? system->body : model->cover_block;
+}
+
 /// The step that the residual belongs to.
 typedef struct nmm_step_state {
     double h;            // [s]
@@ -134,6 +145,23 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
 /// Newton matrix of a place near by. Returns whether any value changed.
 bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, double h, bool anew);
+
+/// Entry of base_col for column `col` of row c, which has it.
+int nmm_system_entry(const nmm_system *system, int c, int col);
+
+/// The inside of nmm_system_create: ties by cover; columns that they add to row c, how many; their
+/// matrices.
+nmm_status nmm_ties_list(nmm_context *context, nmm_system *system, const nmm_model *model);
+int nmm_ties_columns(const nmm_system *system, const nmm_model *model, int c, int *column);
+nmm_status nmm_ties_fill(nmm_context *context, nmm_system *system, const nmm_model *model);
+
+/// system->tie_force at state->displacement; moved: the displacement of the step.
+void nmm_ties_force(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                    const double *moved, int n_thread);
+
+/// a . (matrix of ties) b for vectors [n_cover][2].
+double nmm_ties_product(const nmm_system *system, int n_cover, const double *matrix,
+                        const double *a, const double *b);
 
 /// What a new list of contacts means for the couples.
 typedef enum nmm_couples_change {
