@@ -181,6 +181,9 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
     TRY(nmm_allocate(context, &system->elastic, (size_t)model->n_material, sizeof(nmm_elastic)));
     for (int m = 0; m < model->n_material; m++)
         system->elastic[m] = nmm_elastic_of(&model->material[m]);
+    if (settings->contact_method == NMM_CONTACT_AUGMENTED) {
+        TRY(nmm_system_measure(context, system, model));
+    }
     TRY(build_supports(context, system, model));
     TRY(list_by_cover(context, model, model->n_vertex, model->edge_element, &system->edge_start,
                       &system->cover_edge));
@@ -192,19 +195,26 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
 
 void nmm_system_destroy(nmm_context *context, nmm_system *system) {
     void *owned[] = {
-        &system->K.row_start,  &system->K.col,         &system->K.value,
-        &system->K.diagonal,   &system->residual,      &system->change,
-        &system->base_start,   &system->base_col,      &system->base_slot,
-        &system->element_mass, &system->base_mass,     &system->cover_mass,
-        &system->elastic,      &system->support_start, &system->cover_support,
-        &system->edge_start,   &system->cover_edge,    &system->fixed,
-        &system->reaction,     &system->place,         &system->column,
-        &system->start_stress, &system->start_load,    &system->start_reaction,
-        &system->row_room,     &system->piola,         &system->element_force,
-        &system->acceleration, &system->load,          &system->support_force,
-        &system->pull,         &system->edge_force,    &system->contact_force,
-        &system->scale,        &system->stiffness,     &system->base_value,
-        &system->spring,       &system->mode,          &system->spring_mode,
+        &system->K.row_start,   &system->K.col,
+        &system->K.value,       &system->K.diagonal,
+        &system->residual,      &system->change,
+        &system->base_start,    &system->base_col,
+        &system->base_slot,     &system->element_mass,
+        &system->base_mass,     &system->cover_mass,
+        &system->elastic,       &system->support_start,
+        &system->cover_support, &system->edge_start,
+        &system->cover_edge,    &system->fixed,
+        &system->reaction,      &system->place,
+        &system->column,        &system->start_stress,
+        &system->start_load,    &system->start_reaction,
+        &system->row_room,      &system->piola,
+        &system->element_force, &system->acceleration,
+        &system->load,          &system->support_force,
+        &system->pull,          &system->edge_force,
+        &system->contact_force, &system->cover_stiffness,
+        &system->scale,         &system->stiffness,
+        &system->base_value,    &system->spring,
+        &system->mode,          &system->spring_mode,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);

@@ -52,12 +52,13 @@ typedef struct nmm_system {
     bool keep_pattern; // the pattern is that of the last call of nmm_system_pattern
 
     // Constant over the run.
-    int *base_start, *base_col;         // pattern of the elements alone
-    int *base_slot;                     // [n_element][3][3] entry of base_col for covers (i, j)
-    double *element_mass;               // [n_element][6] kg, nmm_mass_of; diagonal when lumped
-    double *base_mass;                  // [n_base] kg, the same by entry of base_col
-    double *cover_mass;                 // [n_cover] kg, row sums
-    nmm_elastic *elastic;               // [n_material]
+    int *base_start, *base_col; // pattern of the elements alone
+    int *base_slot;             // [n_element][3][3] entry of base_col for covers (i, j)
+    double *element_mass;       // [n_element][6] kg, nmm_mass_of; diagonal when lumped
+    double *base_mass;          // [n_base] kg, the same by entry of base_col
+    double *cover_mass;         // [n_cover] kg, row sums
+    double *cover_stiffness;    // [n_cover] N/m, of its elements; NULL: no augmented contact
+    nmm_elastic *elastic;       // [n_material]
     int *support_start, *cover_support; // 3 * support + place of the cover in it, by cover
     int *edge_start, *cover_edge; // 3 * loop edge + place of the cover in its element, by cover
     double *reaction;     // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
@@ -138,6 +139,12 @@ typedef enum nmm_couples_change {
     NMM_CONTACTS_CHANGED, // other contacts of couples that are listed
     NMM_COUPLES_CHANGED,
 } nmm_couples_change;
+
+/// Augmented contact: stiffness of the covers, and the least stiffness of contact springs in a step
+/// of length h.
+nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model);
+void nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
+                        double h);
 
 /// The inside of nmm_system_pattern: contacts by couple, by vertex and by edge.
 nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const nmm_model *model);
