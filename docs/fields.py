@@ -15,7 +15,7 @@ TABLES = [
     ("model_fields.inl", "The model", "Constant during a run, shared by threads."),
     ("state_fields.inl", "The state", "Changes from step to step; this is what resume must keep."),
 ]
-ROW = re.compile(r'^FIELD\((\w+),\s*(\w+),\s*([^,]+?),\s*(\d+),\s*"([^"]*)",\s*"(.*)"\)\s*$')
+ROW = re.compile(r'^FIELD\((\w+),\s*(\w+),\s*([^,]+?),\s*([\w *]+?),\s*"([^"]*)",\s*"(.*)"\)\s*$')
 HEAD = """# Fields
 
 Every array of a model and of a state, one row each.

@@ -90,8 +90,9 @@ typedef struct nmm_trade_def {
     const char *path; ///< scene file
     int n_override;
     const char *const *override; ///< "key.path=value", for all runs
-    /// Knobs with commas between, out of size, dt, mesh, scheme, tolerance, solver, precision,
-    /// penalty; NULL: all that mean something in the scene. With size and dt also both at once.
+    /// Knobs with commas between, out of size, dt, order, mesh, scheme, tolerance, solver,
+    /// precision, penalty; NULL: all that mean something in the scene. With size and dt also both
+    /// at once.
     const char *knobs;
     /// What is compared at the end: "monitors.NAME.displacement", one component "...[1]", or
     /// velocity or stress; NULL: displacement of the first monitor.

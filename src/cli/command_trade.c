@@ -116,7 +116,7 @@ static int show(const job *j, nmm_bench *bench) {
     const bool found = result.cheapest >= 0;
     if (given->json)
         print_json(j, bench, &result);
-    else if (!given->quiet)
+    else if (!given->quiet && nmm_bench_rows(bench) > 0)
         bench_table_print(bench);
     if (!given->json && found) print_choice(j, bench, &result);
     int end = nmm_bench_rows(bench) > 0 ? write_files(j, bench) : EXIT_DONE;

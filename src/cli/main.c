@@ -95,7 +95,7 @@ const command command_table[] = {
          BIT(OPTION_QUICK) | BIT(OPTION_JSON) | BIT(OPTION_QUIET),
      command_bench},
     {"trade", "SCENE", "Measure speed against accuracy of a scene and name the best settings",
-     "Runs the scene with one knob turned at a time: cover size, dt, both together, mesh: block,\n"
+     "Runs the scene with one knob turned at a time: cover size, dt, both together, order, mesh,\n"
      "time scheme, tolerances, precision, penalty. Errors are those of one quantity at the end,\n"
      "against --expect, or else against what the finest runs converge to. Prints a table and "
      "writes\n"

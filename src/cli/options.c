@@ -58,7 +58,7 @@ static const option_row option_table[N_OPTION] = {
     [OPTION_THREAD_LIST] = {"threads", 't', "N,N...", "numbers of host threads (one, and all)"},
     [OPTION_SCENES] = {"scenes", 0, "FOLDER", "scenes to compute (examples/paper, or installed)"},
     [OPTION_KNOBS] = {"knobs", 'k', "NAME,NAME...",
-                      "size, dt, mesh, scheme, tolerance, solver, precision, penalty (all)"},
+                      "size, dt, order, mesh, scheme, tolerance, solver, precision, penalty (all)"},
     [OPTION_QUANTITY] = {"quantity", 0, "NAME",
                          "monitors.NAME.displacement[1], or velocity, stress (first monitor)"},
     [OPTION_EXPECT] = {"expect", 0, "NAME=VALUE", "the quantity and its exact value"},

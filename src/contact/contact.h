@@ -27,11 +27,12 @@ typedef struct nmm_contact_verdict {
     uint64_t modes;     // hash of all modes: the same twice in one step is a circle
 } nmm_contact_verdict;
 
-/// Derivatives of gap and slip by the displacements of six covers: of the vertex, then of the edge.
+/// Derivatives of gap and slip by the displacements of 2 n_local covers: of the vertex, then of the
+/// edge.
 typedef struct nmm_contact_row {
-    int cover[6];
-    double normal[6][2]; // d gap  / d cover displacement
-    double shear[6][2];  // d slip / d cover displacement
+    int cover[2 * NMM_MOST_LOCAL];
+    double normal[2 * NMM_MOST_LOCAL][2]; // d gap  / d cover displacement
+    double shear[2 * NMM_MOST_LOCAL][2];  // d slip / d cover displacement
 } nmm_contact_row;
 
 /// Energies of all contacts; the ledger takes differences.

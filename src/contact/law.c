@@ -44,32 +44,44 @@ static bool measure(const nmm_model *model, const nmm_state *state, nmm_contact 
     return c->bonded || !passes_corner(model, state, c, &e, foot);
 }
 
-nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
-                                   const nmm_contact *contact) {
-    nmm_contact_row row;
+// For elements with m functions; a constant m makes straight code of it.
+static inline void fill_row(const nmm_model *model, const nmm_state *state,
+                            const nmm_contact *contact, int m, nmm_contact_row *row) {
     const int v = contact->vertex, k = contact->edge;
     const nmm_edge_line e = nmm_edge_line_of(model, state, k);
     const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, v), e.p);
     const double a = nmm_vec2_dot(e.t, off) / e.length;
     const double turn = nmm_vec2_dot(e.n, off) / e.length;
-    const double *wv = model->edge_weight + 6 * (long)v, *we = model->edge_weight + 6 * (long)k;
-    for (int i = 0; i < 3; i++) {
-        row.cover[i] = model->element_cover[3 * model->edge_element[v] + i];
-        row.cover[3 + i] = model->element_cover[3 * model->edge_element[k] + i];
-        row.normal[i][0] = wv[i] * e.n.x;
-        row.normal[i][1] = wv[i] * e.n.y;
-        row.shear[i][0] = wv[i] * e.t.x;
-        row.shear[i][1] = wv[i] * e.t.y;
+    const double *wv = model->edge_weight + 2 * m * (long)v;
+    const double *we = model->edge_weight + 2 * m * (long)k;
+    const int *cv = model->element_cover + m * (long)model->edge_element[v];
+    const int *ce = model->element_cover + m * (long)model->edge_element[k];
+    for (int i = 0; i < m; i++) {
+        row->cover[i] = cv[i];
+        row->cover[m + i] = ce[i];
+        row->normal[i][0] = wv[i] * e.n.x;
+        row->normal[i][1] = wv[i] * e.n.y;
+        row->shear[i][0] = wv[i] * e.t.x;
+        row->shear[i][1] = wv[i] * e.t.y;
         // d gap = n . (dp0 - (1 - a) dp1 - a dp2): exact, the turn of n included.
-        const double at_foot = (1 - a) * we[i] + a * we[3 + i];
-        row.normal[3 + i][0] = -at_foot * e.n.x;
-        row.normal[3 + i][1] = -at_foot * e.n.y;
+        const double at_foot = (1 - a) * we[i] + a * we[m + i];
+        row->normal[m + i][0] = -at_foot * e.n.x;
+        row->normal[m + i][1] = -at_foot * e.n.y;
         // d slip = t . (dp0 - (1 - b) dp1 - b dp2) + g/L n . (dp2 - dp1), b the anchor.
-        const double at_anchor = (1 - contact->anchor) * we[i] + contact->anchor * we[3 + i];
-        const double turned = turn * (we[3 + i] - we[i]);
-        row.shear[3 + i][0] = -at_anchor * e.t.x + turned * e.n.x;
-        row.shear[3 + i][1] = -at_anchor * e.t.y + turned * e.n.y;
+        const double at_anchor = (1 - contact->anchor) * we[i] + contact->anchor * we[m + i];
+        const double turned = turn * (we[m + i] - we[i]);
+        row->shear[m + i][0] = -at_anchor * e.t.x + turned * e.n.x;
+        row->shear[m + i][1] = -at_anchor * e.t.y + turned * e.n.y;
     }
+}
+
+nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
+                                   const nmm_contact *contact) {
+    nmm_contact_row row;
+    if (model->n_local == 3)
+        fill_row(model, state, contact, 3, &row);
+    else
+        fill_row(model, state, contact, model->n_local, &row);
     return row;
 }
 

@@ -145,6 +145,9 @@ static void destroy_cut(nmm_cut *cut) {
     nmm_arrangement_destroy(context, &cut->body.arrangement);
     nmm_arena_destroy(context, &cut->body.arena);
     nmm_release(context, &cut->draft.element);
+    nmm_release(context, &cut->draft.element_cover);
+    nmm_release(context, &cut->draft.piece_start);
+    nmm_release(context, &cut->draft.piece);
     nmm_release(context, &cut->draft.corner);
     nmm_release(context, &cut->draft.cover);
     nmm_release(context, &cut->draft.point);

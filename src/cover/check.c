@@ -27,7 +27,7 @@ static nmm_vec2 point_place(const nmm_model *m, int p) {
 // Length over thickness of the triangle of element e, at least 1: digits that a sliver loses.
 static double slenderness(const nmm_model *m, int e) {
     double steep = 0, far = 0;
-    const int *cover = m->element_cover + 3 * (long)e;
+    const int *cover = m->element_cover + m->n_local * (long)e;
     for (int k = 0; k < 6; k++) {
         const double *a = m->cover_place + 2 * (long)cover[k / 2];
         const double *b = m->cover_place + 2 * (long)cover[(k / 2 + 1) % 3];
@@ -51,7 +51,7 @@ static bool reproduces(const nmm_model *m, int e, const double w[3], nmm_vec2 pl
     for (int k = 0; k < 2; k++) {
         double x = 0;
         for (int i = 0; i < 3; i++)
-            x += w[i] * m->cover_place[2 * m->element_cover[3 * e + i] + k];
+            x += w[i] * m->cover_place[2 * m->element_cover[m->n_local * e + i] + k];
         if (!(fabs(x - (k == 0 ? place.x : place.y)) <= tolerance)) return false;
     }
     return true;
@@ -63,8 +63,9 @@ static nmm_status check_cover(nmm_context *context, const nmm_model *m, int c) {
     CHECK(begin < end, "cover %d has no element", c);
     for (int k = begin; k < end; k++) {
         const int slot = m->cover_element[k];
-        CHECK(within(slot, 3 * m->n_element), "cover %d: slot %d", c, slot);
-        CHECK(m->element_cover[slot] == c, "cover %d: element %d does not have it", c, slot / 3);
+        CHECK(within(slot, m->n_local * m->n_element), "cover %d: slot %d", c, slot);
+        CHECK(m->element_cover[slot] == c, "cover %d: element %d does not have it", c,
+              slot / m->n_local);
         CHECK(k == begin || m->cover_element[k - 1] < slot, "cover %d: elements not sorted", c);
     }
     return NMM_OK;
@@ -75,7 +76,7 @@ static nmm_status check_gradient(nmm_context *context, const nmm_model *m, int e
     // Gradients sum to zero and give grad x = (1, 0), grad y = (0, 1).
     double sum[2] = {0}, grad[4] = {0};
     for (int i = 0; i < 3; i++) {
-        const double *place = m->cover_place + 2 * (long)m->element_cover[3 * e + i];
+        const double *place = m->cover_place + 2 * (long)m->element_cover[m->n_local * e + i];
         for (int k = 0; k < 2; k++) {
             sum[k] += g[2 * i + k];
             grad[k] += place[0] * g[2 * i + k];
@@ -101,8 +102,8 @@ static nmm_status check_element(nmm_context *context, const nmm_model *m, int e)
     CHECK(m->element_material[e] >= 0, "element %d: material", e);
     CHECK(m->element_area[e] > 0, "element %d: area %g", e, m->element_area[e]);
     CHECK(end - begin >= 3, "element %d has %d corners", e, end - begin);
-    for (int i = 0; i < 3; i++) {
-        const int c = m->element_cover[3 * e + i];
+    for (int i = 0; i < m->n_local; i++) {
+        const int c = m->element_cover[m->n_local * e + i];
         CHECK(within(c, m->n_cover), "element %d: cover %d", e, c);
         CHECK(m->cover_block[c] == m->element_block[e], "element %d: cover of another block", e);
     }
@@ -117,7 +118,7 @@ static nmm_status check_element(nmm_context *context, const nmm_model *m, int e)
         const nmm_vec2 q = point_place(m, m->corner_point[k + 1 < end ? k + 1 : begin]);
         const nmm_vec2 a = nmm_vec2_sub(p, centre), b = nmm_vec2_sub(q, centre);
         double weight[3];
-        nmm_element_weights(m, e, p, weight);
+        nmm_element_linear(m, e, p, weight);
         CHECK(weights_good(m, e, weight), "element %d: corner outside its triangle", e);
         area += nmm_vec2_cross(a, b) / 2;
         across = nmm_max(across, nmm_vec2_dot(a, a));
@@ -129,7 +130,7 @@ static nmm_status check_element(nmm_context *context, const nmm_model *m, int e)
 
 static nmm_status check_point(nmm_context *context, const nmm_model *m, int p) {
     const int e = m->point_element[p];
-    const double *w = m->point_weight + 3 * (long)p;
+    const double *w = m->point_weight + m->n_local * (long)p;
     CHECK(within(e, m->n_element), "point %d: element %d", p, e);
     CHECK(weights_good(m, e, w), "point %d: weights %g %g %g", p, w[0], w[1], w[2]);
     CHECK(reproduces(m, e, w, point_place(m, p)), "point %d: weights miss its place", p);
@@ -139,7 +140,7 @@ static nmm_status check_point(nmm_context *context, const nmm_model *m, int p) {
 static nmm_status check_vertex(nmm_context *context, const nmm_model *m, int v) {
     const int next = m->vertex_next[v], prev = m->vertex_prev[v], mate = m->edge_mate[v];
     const int e = m->edge_element[v];
-    const double *w = m->edge_weight + 6 * (long)v;
+    const double *w = m->edge_weight + 2 * m->n_local * (long)v;
     CHECK(within(next, m->n_vertex) && within(prev, m->n_vertex), "vertex %d: neighbours", v);
     CHECK(m->vertex_prev[next] == v && m->vertex_next[prev] == v, "vertex %d: loop broken", v);
     CHECK(next != v, "vertex %d: loop of one", v);
@@ -152,8 +153,8 @@ static nmm_status check_vertex(nmm_context *context, const nmm_model *m, int v) 
     const nmm_vec2 p = point_place(m, m->vertex_point[v]);
     const nmm_vec2 q = point_place(m, m->vertex_point[next]);
     CHECK(p.x != q.x || p.y != q.y, "edge %d has no length", v);
-    CHECK(weights_good(m, e, w) && weights_good(m, e, w + 3), "edge %d: weights", v);
-    CHECK(reproduces(m, e, w, p) && reproduces(m, e, w + 3, q), "edge %d: weights", v);
+    CHECK(weights_good(m, e, w) && weights_good(m, e, w + m->n_local), "edge %d: weights", v);
+    CHECK(reproduces(m, e, w, p) && reproduces(m, e, w + m->n_local, q), "edge %d: weights", v);
     if (mate < 0) return NMM_OK;
     CHECK(within(mate, m->n_vertex) && mate != v && m->edge_mate[mate] == v, "edge %d: mate", v);
     const nmm_vec2 r = point_place(m, m->vertex_point[mate]);
@@ -182,7 +183,8 @@ static nmm_status check_area(nmm_context *context, const nmm_model *m) {
 nmm_status nmm_cover_check(nmm_context *context, const nmm_model *model) {
     for (int c = 0; c < model->n_cover; c++)
         TRY(check_cover(context, model, c));
-    CHECK(model->cover_start[model->n_cover] == 3 * model->n_element, "cover table incomplete");
+    CHECK(model->cover_start[model->n_cover] == model->n_local * model->n_element,
+          "cover table incomplete");
     for (int e = 0; e < model->n_element; e++)
         TRY(check_element(context, model, e));
     for (int p = 0; p < model->n_point; p++)

@@ -58,11 +58,10 @@ typedef struct nmm_draft_element {
     nmm_triangle triangle;
     int block, material;
     int first_corner; // in nmm_draft.corner
-    int cover[3];
 } nmm_draft_element;
 
 typedef struct nmm_draft_cover {
-    nmm_node node; // whole blocks: (0..2, block)
+    nmm_node node; // sixths of steps between lattice nodes; whole blocks: (0..2, block)
     int block;
 } nmm_draft_cover;
 
@@ -74,20 +73,25 @@ typedef struct nmm_draft_point {
 typedef struct nmm_draft_vertex {
     int point, next, prev, element;
     int interface, mate;
+    int part, n_part; // order > 0: of an edge that is divided; else 0 of 1
 } nmm_draft_vertex;
 
 /// The model while it grows, body by body.
 typedef struct nmm_draft {
     int n_element, n_corner, n_cover, n_point, n_vertex, n_block;
     nmm_draft_element *element;
-    int *corner; // points
+    int *element_cover; // [n_element][functions of an element]
+    int *corner;        // points
     nmm_draft_cover *cover;
     nmm_draft_point *point;
     nmm_draft_vertex *vertex;
     const char **block_name;
     int *block_scene; // entry of the scene's blocks, -1: the domain
-    int element_capacity, corner_capacity, cover_capacity, point_capacity, vertex_capacity,
-        block_capacity, scene_capacity;
+    int n_piece, piece_capacity;
+    int *piece_start;       // [n_element + 1] order > 0: first piece of an element
+    nmm_ipoint (*piece)[3]; // triangles that make up the elements, signed
+    int element_capacity, slot_capacity, corner_capacity, cover_capacity, point_capacity,
+        vertex_capacity, block_capacity, scene_capacity;
 } nmm_draft;
 
 /// The linear functions of a whole block: w_i = 1/3 + g_i . (x - centre), eq. (2.13).
@@ -133,6 +137,23 @@ static inline bool nmm_cut_whole_blocks(const nmm_cut *cut) {
 nmm_status nmm_frames_build(nmm_context *context, nmm_arena *arena, const nmm_model *model,
                             nmm_frame **frame);
 void nmm_frame_weights(const nmm_frame *frame, nmm_vec2 place, double weight[3]);
+
+/// Order > 0: divide the polygons of all elements into triangles.
+nmm_status nmm_cut_pieces(nmm_cut *cut);
+/// Places where all elements are integrated; 0 at order 0.
+int nmm_cut_samples(const nmm_cut *cut);
+/// Order > 0: the samples of the elements and the integrals of their functions.
+void nmm_cut_fill_samples(const nmm_cut *cut, nmm_model *model);
+
+/// Order of the functions on the lattice; those of whole blocks count as linear ones.
+static inline int nmm_cut_order(const nmm_cut *cut) {
+    return nmm_cut_whole_blocks(cut) ? 0 : cut->scene->settings.order;
+}
+
+/// Order > 0: model->tie_element from the covers of the elements.
+nmm_status nmm_cut_ties(nmm_context *context, nmm_model *model);
+/// Order > 0: model->tie_gram, as the samples are filled.
+nmm_status nmm_cut_fill_ties(nmm_context *context, nmm_model *model);
 
 /// Write the draft into the model.
 nmm_status nmm_cut_fill_model(nmm_cut *cut, nmm_model *model);

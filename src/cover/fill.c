@@ -22,10 +22,8 @@ static nmm_status fill_covers(nmm_cut *cut, nmm_model *model) {
     TRY(nmm_arena_take(cut->context, arena, &spare, (size_t)n, sizeof *spare));
     for (int c = 0; c < n; c++) {
         const nmm_node at = draft->cover[c].node;
-        const nmm_vec2 place =
-            cut->frame != NULL
-                ? cut->frame[at.j].node[at.i]
-                : nmm_lattice_place(&cut->lattice, nmm_lattice_node(&cut->lattice, at));
+        const nmm_vec2 place = cut->frame != NULL ? cut->frame[at.j].node[at.i]
+                                                  : nmm_lattice_between(&cut->lattice, at);
         model->cover_block[c] = draft->cover[c].block;
         model->cover_place[2 * c] = place.x;
         model->cover_place[2 * c + 1] = place.y;
@@ -66,9 +64,9 @@ static void fill_element(const nmm_cut *cut, nmm_model *model, int e, nmm_ipoint
     model->element_moment[3 * e + 2] = nmm_max(0, moments.yy);
 }
 
-// Weights of an element's covers at an integer point.
-static void weights_at(const nmm_cut *cut, const nmm_draft_element *element, nmm_ipoint p,
-                       double weight[3]) {
+// The linear functions of an element at an integer point.
+static void linear_at(const nmm_cut *cut, const nmm_draft_element *element, nmm_ipoint p,
+                      double weight[3]) {
     if (cut->frame == NULL) {
         nmm_lattice_weights(&cut->lattice, element->triangle, p, weight);
     } else {
@@ -76,7 +74,15 @@ static void weights_at(const nmm_cut *cut, const nmm_draft_element *element, nmm
     }
 }
 
-// Weights at the centroid, from those at an integer point of the triangle.
+// All functions of element e at an integer point.
+static void weights_at(const nmm_cut *cut, const nmm_model *model, int e, nmm_ipoint p,
+                       double *weight) {
+    double linear[3];
+    linear_at(cut, &cut->draft.element[e], p, linear);
+    nmm_functions_value(model, e, linear, weight);
+}
+
+// Linear functions at the centroid, from those at an integer point of the triangle.
 static void fill_weights(const nmm_cut *cut, nmm_model *model, int e) {
     const nmm_draft_element *element = &cut->draft.element[e];
     const nmm_ipoint base = {
@@ -93,7 +99,7 @@ static void fill_weights(const nmm_cut *cut, nmm_model *model, int e) {
     } else {
         memcpy(gradient, cut->frame[element->block].gradient, sizeof cut->frame->gradient);
     }
-    weights_at(cut, element, base, weight);
+    linear_at(cut, element, base, weight);
     for (int i = 0; i < 3; i++)
         weight[i] += gradient[2 * i] * dx + gradient[2 * i + 1] * dy;
 }
@@ -114,11 +120,12 @@ static nmm_status fill_elements(nmm_cut *cut, nmm_model *model) {
     TRY(nmm_arena_take(cut->context, arena, &place, (size_t)longest, sizeof *place));
     TRY(nmm_arena_take(cut->context, arena, &corner, (size_t)longest, sizeof *corner));
     memcpy(model->corner_point, draft->corner, (size_t)draft->n_corner * sizeof(int));
+    memcpy(model->element_cover, draft->element_cover,
+           (size_t)draft->n_element * (size_t)model->n_local * sizeof(int));
     for (int e = 0; e < draft->n_element; e++) {
         const nmm_draft_element *element = &draft->element[e];
         model->element_block[e] = element->block;
         model->element_material[e] = element->material;
-        memcpy(model->element_cover + 3 * (long)e, element->cover, sizeof element->cover);
         fill_element(cut, model, e, place, corner);
     }
     if (nmm_cut_whole_blocks(cut)) TRY(nmm_frames_build(cut->context, arena, model, &cut->frame));
@@ -129,7 +136,7 @@ static nmm_status fill_elements(nmm_cut *cut, nmm_model *model) {
 
 // Elements of each cover: counted, then filled from the end.
 static void fill_cover_elements(nmm_model *model) {
-    const int n_slot = 3 * model->n_element;
+    const int n_slot = model->n_local * model->n_element;
     int *start = model->cover_start;
     for (int s = 0; s < n_slot; s++)
         start[model->element_cover[s]] += 1;
@@ -156,11 +163,37 @@ static void fill_points(const nmm_cut *cut, nmm_model *model) {
         model->point[2 * p] = place.x;
         model->point[2 * p + 1] = place.y;
         model->point_element[p] = point->element;
-        weights_at(cut, &draft->element[point->element], point->place,
-                   model->point_weight + 3 * (long)p);
+        weights_at(cut, model, point->element, point->place,
+                   model->point_weight + model->n_local * (long)p);
         if (p == 0) model->box = (nmm_box){place, place};
         include_place(&model->box, place);
     }
+}
+
+// Weights at a vertex that divides a loop edge, eq. (2.17): their trapezoid sum over the edge's n
+// parts is the integral of each function, so that a uniform pressure acts as it should.
+static void weights_between(const nmm_cut *cut, const nmm_model *model, int v, double *weight) {
+    const nmm_draft *draft = &cut->draft;
+    const nmm_draft_vertex *vertex = &draft->vertex[v];
+    const int n = vertex->n_part, first = v - vertex->part, m = model->n_local;
+    const int start = draft->vertex[first].point;
+    const int end = draft->vertex[draft->vertex[first + n - 1].next].point;
+    double low[NMM_MOST_LOCAL], high[NMM_MOST_LOCAL];
+    weights_at(cut, model, vertex->element, draft->point[vertex->point].place, weight);
+    weights_at(cut, model, vertex->element, draft->point[start].place, low);
+    weights_at(cut, model, vertex->element, draft->point[end].place, high);
+    const double along = (double)vertex->part / n, bulge = n == 2 ? 1.0 / 3 : 1.0 / 8;
+    for (int i = 3; i < m; i++)
+        weight[i] += bulge * (weight[i] - (1 - along) * low[i] - along * high[i]);
+}
+
+// Weights at the start of loop edge v, in that edge's element.
+static void weights_at_start(const nmm_cut *cut, const nmm_model *model, int v, double *weight) {
+    const nmm_draft_vertex *vertex = &cut->draft.vertex[v];
+    if (vertex->part > 0)
+        weights_between(cut, model, v, weight);
+    else
+        weights_at(cut, model, vertex->element, cut->draft.point[vertex->point].place, weight);
 }
 
 static void fill_vertices(const nmm_cut *cut, nmm_model *model) {
@@ -169,7 +202,7 @@ static void fill_vertices(const nmm_cut *cut, nmm_model *model) {
         const nmm_draft_vertex *vertex = &draft->vertex[v];
         const nmm_draft_element *element = &draft->element[vertex->element];
         const int end = draft->vertex[vertex->next].point;
-        double *weight = model->edge_weight + 6 * (long)v;
+        double *weight = model->edge_weight + 2 * model->n_local * (long)v;
         model->vertex_point[v] = vertex->point;
         model->vertex_next[v] = vertex->next;
         model->vertex_prev[v] = vertex->prev;
@@ -177,8 +210,15 @@ static void fill_vertices(const nmm_cut *cut, nmm_model *model) {
         model->edge_element[v] = vertex->element;
         model->edge_interface[v] = vertex->interface;
         model->edge_mate[v] = vertex->mate;
-        weights_at(cut, element, draft->point[vertex->point].place, weight);
-        weights_at(cut, element, draft->point[end].place, weight + 3);
+        weights_at_start(cut, model, v, weight);
+        if (vertex->part + 1 < vertex->n_part)
+            weights_between(cut, model, v + 1, weight + model->n_local);
+        else
+            weights_at(cut, model, vertex->element, draft->point[end].place,
+                       weight + model->n_local);
+        // What divides an edge is no corner of an element: it has the weights of its vertex.
+        if (vertex->part > 0)
+            weights_between(cut, model, v, model->point_weight + model->n_local * vertex->point);
     }
 }
 
@@ -271,11 +311,20 @@ nmm_status nmm_cut_fill_model(nmm_cut *cut, nmm_model *model) {
     model->size = (double)cut->lattice.side * cut->lattice.spacing;
     model->height = nmm_max(box.high.x - box.low.x, box.high.y - box.low.y) / 2;
     model->whole_blocks = nmm_cut_whole_blocks(cut);
+    model->order = nmm_cut_order(cut);
+    model->n_local = nmm_local_of(model->order);
+    if (model->order > 0) TRY(nmm_cut_pieces(cut));
+    model->n_sample = nmm_cut_samples(cut);
     TRY(nmm_model_allocate(cut->context, model));
     TRY(fill_elements(cut, model));
     if (model->whole_blocks) TRY(measure_blocks(cut, model));
     TRY(fill_covers(cut, model));
     fill_cover_elements(model);
+    if (model->order > 0) {
+        nmm_cut_fill_samples(cut, model);
+        TRY(nmm_cut_ties(cut->context, model));
+        TRY(nmm_cut_fill_ties(cut->context, model));
+    }
     fill_points(cut, model);
     fill_vertices(cut, model);
     TRY(copy_block_names(cut, model));

@@ -201,6 +201,13 @@ nmm_ipoint nmm_lattice_node(const nmm_lattice *lattice, nmm_node node) {
     };
 }
 
+nmm_vec2 nmm_lattice_between(const nmm_lattice *lattice, nmm_node sixth) {
+    // Six times the place is a whole number: at a node the division is exact.
+    const int64_t x = 6 * lattice->base.x + sixth.i * lattice->side + sixth.j * (lattice->side / 2);
+    const int64_t y = 6 * lattice->base.y + sixth.j * lattice->rise;
+    return (nmm_vec2){(double)x / 6 * lattice->spacing, (double)y / 6 * lattice->spacing};
+}
+
 void nmm_triangle_nodes(nmm_triangle t, nmm_node node[3]) {
     node[0] = (nmm_node){t.i + t.down, t.j};
     node[1] = (nmm_node){t.i + 1, t.j + t.down};

@@ -54,6 +54,8 @@ nmm_ipoint nmm_lattice_snap(const nmm_lattice *lattice, nmm_vec2 place);
 /// Model coordinates of an integer point [m].
 nmm_vec2 nmm_lattice_place(const nmm_lattice *lattice, nmm_ipoint p);
 nmm_ipoint nmm_lattice_node(const nmm_lattice *lattice, nmm_node node);
+/// Model coordinates of a place between nodes, given in sixths of steps [m].
+nmm_vec2 nmm_lattice_between(const nmm_lattice *lattice, nmm_node sixth);
 
 /// The three nodes of a triangle, counter-clockwise.
 void nmm_triangle_nodes(nmm_triangle t, nmm_node node[3]);

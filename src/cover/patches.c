@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // Blocks and physical covers by union-find. Blocks: elements joined across edges that connect.
-// Covers: each element has three slots, one for each node of its triangle; across an edge that
-// connects, slots of the same node are joined. What is left over are the connected pieces of the
-// node's star: a joint that passes through divides them, one that ends inside does not.
+// Covers: each element has a slot for each of its functions, at a node of its triangle, at the
+// middle of an edge or at the centroid; across an edge that connects, slots of the same function
+// are joined. What is left over are the connected pieces of the node's star (of the triangles at an
+// edge, of a triangle): a joint that passes through divides them, one that ends inside does not.
 // With covers.mesh: block each block has one cover of order 1. Its space, the linear functions on
 // the block, is that of three covers of order 0 which no other block shares, and so it is kept.
 
@@ -65,32 +66,47 @@ static nmm_status add_elements(nmm_cut *cut) {
 
 // --- Covers
 
-// Join the slots of two elements that belong to the same node.
-static void join_slots(const nmm_body *body, int *parent, const int side[2]) {
-    nmm_node left[3], right[3];
-    nmm_triangle_nodes(body->triangle[body->face_of[side[0]]], left);
-    nmm_triangle_nodes(body->triangle[body->face_of[side[1]]], right);
+// Where the functions of body element k have their places, in sixths of steps between nodes: nodes,
+// middles of edges, the same for the second functions of the edges, centroid.
+static void slot_nodes(const nmm_body *body, int k, nmm_node slot[NMM_MOST_LOCAL]) {
+    nmm_node n[3];
+    nmm_triangle_nodes(body->triangle[body->face_of[k]], n);
     for (int a = 0; a < 3; a++) {
-        for (int b = 0; b < 3; b++) {
-            const bool same = left[a].i == right[b].i && left[a].j == right[b].j;
-            if (same) nmm_set_join(parent, 3 * side[0] + a, 3 * side[1] + b);
+        const nmm_node next = n[(a + 1) % 3];
+        slot[a] = (nmm_node){6 * n[a].i, 6 * n[a].j};
+        slot[3 + a] = slot[6 + a] = (nmm_node){3 * (n[a].i + next.i), 3 * (n[a].j + next.j)};
+    }
+    slot[9] = (nmm_node){2 * (n[0].i + n[1].i + n[2].i), 2 * (n[0].j + n[1].j + n[2].j)};
+}
+
+// Join the slots of two elements that belong to the same function of n.
+static void join_slots(const nmm_body *body, int *parent, const int side[2], int n) {
+    nmm_node left[NMM_MOST_LOCAL], right[NMM_MOST_LOCAL];
+    slot_nodes(body, side[0], left);
+    slot_nodes(body, side[1], right);
+    for (int a = 0; a < n; a++) {
+        for (int b = 0; b < n; b++) {
+            // The two functions of an edge share their place.
+            const bool same = left[a].i == right[b].i && left[a].j == right[b].j && a / 6 == b / 6;
+            if (same) nmm_set_join(parent, n * side[0] + a, n * side[1] + b);
         }
     }
 }
 
 // Root slots by row, column and slot: each one is a cover. x = row, y = column * 2^32 + slot.
-static nmm_status list_covers(nmm_cut *cut, int *parent, int *n_cover, nmm_ipoint **cover) {
+static nmm_status list_covers(nmm_cut *cut, int *parent, int n_local, int *n_cover,
+                              nmm_ipoint **cover) {
     nmm_body *body = &cut->body;
     nmm_ipoint *list = NULL, *spare = NULL;
-    const size_t most = 3 * (size_t)body->n_element;
+    const size_t most = (size_t)n_local * (size_t)body->n_element;
     TRY(nmm_arena_take(cut->context, &body->arena, &list, most, sizeof *list));
     TRY(nmm_arena_take(cut->context, &body->arena, &spare, most, sizeof *spare));
     *n_cover = 0;
     for (int k = 0; k < body->n_element; k++) {
-        nmm_node node[3];
-        nmm_triangle_nodes(body->triangle[body->face_of[k]], node);
-        for (int a = 0; a < 3; a++) {
-            const int slot = 3 * k + a;
+        nmm_node node[NMM_MOST_LOCAL];
+        slot_nodes(body, k, node);
+        for (int a = 0; a < n_local; a++) {
+            const int slot = n_local * k + a;
             if (nmm_set_root(parent, slot) != slot) continue;
             const int64_t packed = node[a].i * (INT64_C(1) << 32) + slot;
             list[(*n_cover)++] = (nmm_ipoint){node[a].j, packed};
@@ -110,30 +126,30 @@ static nmm_status add_covers(nmm_cut *cut, int base) {
     nmm_draft *draft = &cut->draft;
     int *parent = NULL, *cover_of = NULL, n_cover = 0;
     nmm_ipoint *cover = NULL;
-    const int n_slot = 3 * body->n_element;
+    const int n_local = nmm_local_of(nmm_cut_order(cut)), n_slot = n_local * body->n_element;
     TRY(make_sets(cut, n_slot, &parent));
     for (int e = 0; e < body->arrangement.n_edge; e++) {
         if (!body->connects[e]) continue;
         int side[2];
         sides_of(body, e, side);
-        join_slots(body, parent, side);
+        join_slots(body, parent, side, n_local);
     }
-    TRY(list_covers(cut, parent, &n_cover, &cover));
+    TRY(list_covers(cut, parent, n_local, &n_cover, &cover));
     TRY(nmm_arena_take(cut->context, &body->arena, &cover_of, (size_t)n_slot, sizeof(int)));
     TRY(nmm_grow(cut->context, &draft->cover, &draft->cover_capacity, draft->n_cover + n_cover,
                  sizeof(nmm_draft_cover)));
     for (int c = 0; c < n_cover; c++) {
         const int slot = slot_of(cover[c]);
-        nmm_node node[3];
-        nmm_triangle_nodes(body->triangle[body->face_of[slot / 3]], node);
+        nmm_node node[NMM_MOST_LOCAL];
+        slot_nodes(body, slot / n_local, node);
         cover_of[slot] = draft->n_cover + c;
         draft->cover[draft->n_cover + c] =
-            (nmm_draft_cover){node[slot % 3], draft->element[base + slot / 3].block};
+            (nmm_draft_cover){node[slot % n_local], draft->element[base + slot / n_local].block};
     }
     draft->n_cover += n_cover;
-    for (int slot = 0; slot < n_slot; slot++) {
-        draft->element[base + slot / 3].cover[slot % 3] = cover_of[nmm_set_root(parent, slot)];
-    }
+    int *element_cover = draft->element_cover + n_local * (long)base;
+    for (int slot = 0; slot < n_slot; slot++)
+        element_cover[slot] = cover_of[nmm_set_root(parent, slot)];
     return NMM_OK;
 }
 
@@ -148,7 +164,7 @@ static nmm_status add_whole_blocks(nmm_cut *cut, int base) {
     draft->n_cover = n_cover;
     for (int e = base; e < draft->n_element; e++) {
         for (int i = 0; i < 3; i++)
-            draft->element[e].cover[i] = 3 * draft->element[e].block + i;
+            draft->element_cover[3 * (long)e + i] = 3 * draft->element[e].block + i;
     }
     return NMM_OK;
 }
@@ -156,5 +172,8 @@ static nmm_status add_whole_blocks(nmm_cut *cut, int base) {
 nmm_status nmm_cut_patches(nmm_cut *cut) {
     const int base = cut->draft.n_element;
     TRY(add_elements(cut));
+    nmm_draft *draft = &cut->draft;
+    TRY(nmm_grow(cut->context, &draft->element_cover, &draft->slot_capacity, draft->n_element,
+                 (size_t)nmm_local_of(nmm_cut_order(cut)) * sizeof(int)));
     return nmm_cut_whole_blocks(cut) ? add_whole_blocks(cut, base) : add_covers(cut, base);
 }

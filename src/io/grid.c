@@ -137,11 +137,11 @@ nmm_status nmm_grid_create(nmm_output *output, const nmm_sim *sim) {
 // Velocity of the points from that of the covers.
 static void gather_velocity(const nmm_model *m, const nmm_state *state, float *row) {
     for (int p = 0; p < m->n_point; p++) {
-        const int *c = m->element_cover + 3 * (long)m->point_element[p];
-        const double *w = m->point_weight + 3 * (long)p;
+        const int *c = m->element_cover + m->n_local * (long)m->point_element[p];
+        const double *w = m->point_weight + m->n_local * (long)p;
         for (int k = 0; k < 2; k++) {
             double sum = 0;
-            for (int i = 0; i < 3; i++)
+            for (int i = 0; i < m->n_local; i++)
                 sum += w[i] * state->velocity[2 * (long)c[i] + k];
             row[3 * (long)p + k] = (float)sum;
         }

@@ -48,9 +48,8 @@ static inline nmm_tensor nmm_displacement_gradient(const double d[6], const doub
     };
 }
 
-/// Strain of an element. Digits of small strains survive large displacements and turns.
-static inline nmm_strain nmm_strain_of(const double d[6], const double gradient[6]) {
-    const nmm_tensor H = nmm_displacement_gradient(d, gradient);
+/// Strain at a displacement gradient. Digits of small strains survive large turns.
+static inline nmm_strain nmm_strain_at(nmm_tensor H) {
     const double sum = 2 + H.xx + H.yy, turn = H.yx - H.xy;
     const double stretch = sqrt(sum * sum + turn * turn);
     const double c = sum / stretch, s = turn / stretch;
@@ -66,6 +65,11 @@ static inline nmm_strain nmm_strain_of(const double d[6], const double gradient[
         .eyy = less + c * H.yy - s * H.xy,
         .exy = 0.5 * (c * (H.xy + H.yx) + s * (H.yy - H.xx)),
     };
+}
+
+/// Strain of an element. Digits of small strains survive large displacements and turns.
+static inline nmm_strain nmm_strain_of(const double d[6], const double gradient[6]) {
+    return nmm_strain_at(nmm_displacement_gradient(d, gradient));
 }
 
 /// Biot stress D e + s0 in the turned frame [Pa]: stress[3] = xx, yy, xy.
@@ -110,9 +114,10 @@ void nmm_cauchy_of(const nmm_strain *strain, nmm_tensor piola, double stress[3])
 
 /// Stress and inner forces of all elements: those at the end of a step, or means over it.
 typedef struct nmm_inner {
-    double *piola;       // [n_element][4] Pa, eq. (3.8)
-    double *force;       // [n_element][3][2] N on the covers
-    const double *start; // [n_element][3] Pa, Biot stress before the step; NULL: no means
+    double *piola;       // [n_element][4] Pa, eq. (3.8); order > 0: NULL
+    double *force;       // [n_element][n_local][2] N on the covers
+    const double *start; // [n_element, order > 0: n_sample][3] Pa, Biot stress before the step;
+                         // NULL: no means
     const double *moved; // [n_cover][2] m, displacement of the step
     double share;        // of the end of the step in its means
 } nmm_inner;
@@ -133,9 +138,9 @@ typedef struct nmm_stiffness {
 nmm_stiffness nmm_stiffness_of(nmm_elastic elastic, const nmm_strain *strain, double initial_mean,
                                double area, const double gradient[6]);
 
-/// Adds block (i, j) [2][2] of the stiffness to `block` [N/m].
-static inline void nmm_stiffness_add(const nmm_stiffness *k, int i, int j, double block[4]) {
-    const double *a = k->q[i], *b = k->q[j];
+/// Adds the block [2][2] of the functions with turned gradients a and b to `block` [N/m].
+static inline void nmm_stiffness_block(const nmm_stiffness *k, const double a[2], const double b[2],
+                                       double block[4]) {
     const double diagonal = k->shear * (a[0] * b[0] + a[1] * b[1]);
     block[0] += diagonal + k->bulk * a[0] * b[0] + k->turn * a[1] * b[1];
     block[1] += k->bulk * a[0] * b[1] - k->turn * a[1] * b[0];
@@ -143,15 +148,44 @@ static inline void nmm_stiffness_add(const nmm_stiffness *k, int i, int j, doubl
     block[3] += diagonal + k->bulk * a[1] * b[1] + k->turn * a[0] * b[0];
 }
 
+/// Adds block (i, j) [2][2] of the stiffness to `block` [N/m].
+static inline void nmm_stiffness_add(const nmm_stiffness *k, int i, int j, double block[4]) {
+    nmm_stiffness_block(k, k->q[i], k->q[j], block);
+}
+
+/// Order > 0: the strain, and what follows from it, changes within an element; it is integrated
+/// over the element's samples (src/mechanics/curved.c).
+
+/// nmm_inner_fill for elements with covers of order > 0.
+void nmm_curved_inner_fill(const nmm_model *model, const nmm_state *state,
+                           const nmm_elastic *elastic, const nmm_inner *inner, int first, int end);
+
+/// Stiffness of element e, `share` of it: K[n_local][n_local][2][2] [N/m].
+void nmm_curved_stiffness(const nmm_model *model, const nmm_state *state, nmm_elastic elastic,
+                          int e, double share, double *K);
+
+/// Biot stress at the samples of element e: stress[n_sample][3], of all elements [Pa].
+void nmm_curved_biot(const nmm_model *model, const nmm_state *state, nmm_elastic elastic, int e,
+                     double *stress);
+
+/// Energy of element e [J per m].
+double nmm_curved_energy(const nmm_model *model, const nmm_state *state, nmm_elastic elastic,
+                         int e);
+
+/// Mean Cauchy stress of element e [Pa], and cosine and sine of its mean rotation.
+void nmm_curved_mean(const nmm_model *model, const nmm_state *state, nmm_elastic elastic, int e,
+                     double stress[3], double rotation[2]);
+
+/// Cauchy stress of element e at a place [Pa], with the initial stress there.
+void nmm_curved_stress_at(const nmm_model *model, const nmm_state *state, nmm_elastic elastic,
+                          const nmm_monitor *at, double stress[3]);
+
+/// Smallest det F at the samples of element e.
+double nmm_curved_least_volume(const nmm_model *model, const nmm_state *state, int e);
+
 /// Consistent mass of an element [kg]: m[6] = 00, 01, 02, 11, 12, 22; eq. (3.12). Scalar: the
 /// block is m I.
 void nmm_mass_of(double density, double area, const double moment[3], const double weight[3],
                  const double gradient[6], double m[6]);
-
-/// Place of (i, j) in the six entries of nmm_mass_of.
-static inline int nmm_mass_index(int i, int j) {
-    const int low = i < j ? i : j, high = i < j ? j : i;
-    return low * (5 - low) / 2 + high;
-}
 
 #endif

@@ -9,17 +9,23 @@
 
 nmm_status nmm_model_allocate(nmm_context *context, nmm_model *model) {
     const nmm_model *m = model;
+    const int n_gram = m->n_local * (m->n_local + 1) / 2;
+    const int n_curved = m->order > 0 ? m->n_element : 0;
 #define n_cover m->n_cover
 #define n_element m->n_element
+#define n_local m->n_local
+#define n_sample m->n_sample
 #define n_corner m->n_corner
 #define n_point m->n_point
 #define n_vertex m->n_vertex
 #define FIELD(type, name, count, width, unit, meaning)                                             \
-    TRY(nmm_allocate(context, &model->name, (size_t)(count) * (width), sizeof(type)));
+    TRY(nmm_allocate(context, &model->name, (size_t)(count) * (size_t)(width), sizeof(type)));
 #include "model_fields.inl"
 #undef FIELD
 #undef n_cover
 #undef n_element
+#undef n_local
+#undef n_sample
 #undef n_corner
 #undef n_point
 #undef n_vertex
@@ -30,6 +36,8 @@ void nmm_model_destroy(nmm_context *context, nmm_model *model) {
 #define FIELD(type, name, count, width, unit, meaning) nmm_release(context, &model->name);
 #include "model_fields.inl"
 #undef FIELD
+    nmm_release(context, &model->tie_element);
+    nmm_release(context, &model->tie_gram);
     nmm_release(context, &model->material);
     nmm_release(context, &model->interface);
     nmm_release(context, &model->support);
@@ -45,7 +53,7 @@ void nmm_model_destroy(nmm_context *context, nmm_model *model) {
 
 nmm_status nmm_state_create(nmm_context *context, const nmm_model *model, nmm_state *state) {
     const int n_cover = model->n_cover, n_element = model->n_element, n_point = model->n_point;
-    const int n_support = model->n_support;
+    const int n_support = model->n_support, n_sample = model->n_sample;
 #define FIELD(type, name, count, width, unit, meaning)                                             \
     TRY(nmm_allocate(context, &state->name, (size_t)(count) * (width), sizeof(type)));
 #include "state_fields.inl"
@@ -64,17 +72,26 @@ void nmm_state_destroy(nmm_context *context, nmm_state *state) {
     *state = (nmm_state){0};
 }
 
+// Place of point p of an element with m functions; a constant m makes straight code of it.
+static inline void place_point(const nmm_model *model, nmm_state *state, int p, int m) {
+    const int *c = model->element_cover + m * (long)model->point_element[p];
+    const double *w = model->point_weight + m * (long)p, *d = state->displacement;
+    for (int k = 0; k < 2; k++) {
+        double place = model->point[2 * p + k];
+        for (int i = 0; i < m; i++)
+            place += w[i] * d[2 * c[i] + k];
+        state->position[2 * p + k] = place;
+    }
+}
+
 void nmm_state_place(const nmm_model *model, nmm_state *state, int n_thread) {
-    const int n_point = model->n_point;
-    const double *d = state->displacement;
+    const int n_point = model->n_point, m = model->n_local;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_point > 4096)
     for (int p = 0; p < n_point; p++) {
-        const int *c = model->element_cover + 3 * (long)model->point_element[p];
-        const double *w = model->point_weight + 3 * (long)p;
-        for (int k = 0; k < 2; k++) {
-            state->position[2 * p + k] = model->point[2 * p + k] + w[0] * d[2 * c[0] + k] +
-                                         w[1] * d[2 * c[1] + k] + w[2] * d[2 * c[2] + k];
-        }
+        if (m == 3)
+            place_point(model, state, p, 3);
+        else
+            place_point(model, state, p, m);
     }
 }
 
@@ -95,7 +112,7 @@ static nmm_status check_finite(nmm_context *context, const char *stage, const ch
 nmm_status nmm_state_check(nmm_context *context, const nmm_model *model, const nmm_state *state,
                            const char *stage) {
     const int n_cover = model->n_cover, n_element = model->n_element, n_point = model->n_point;
-    const int n_support = model->n_support;
+    const int n_support = model->n_support, n_sample = model->n_sample;
 #define FIELD(type, name, count, width, unit, meaning)                                             \
     TRY(check_finite(context, stage, #name, (long)(count) * (width), state->name));
 #include "state_fields.inl"
@@ -135,13 +152,19 @@ void nmm_history_value(const nmm_history *history, double time, double *value) {
         value[i - 1] = before[i] + t * (after[i] - before[i]);
 }
 
-void nmm_element_weights(const nmm_model *model, int e, nmm_vec2 place, double weight[3]) {
+void nmm_element_linear(const nmm_model *model, int e, nmm_vec2 place, double linear[3]) {
     const double x = place.x - model->element_centre[2 * e];
     const double y = place.y - model->element_centre[2 * e + 1];
     const double *g = model->element_gradient + 6 * (long)e;
     for (int i = 0; i < 3; i++) {
-        weight[i] = model->element_weight[3 * e + i] + g[2 * i] * x + g[2 * i + 1] * y;
+        linear[i] = model->element_weight[3 * e + i] + g[2 * i] * x + g[2 * i + 1] * y;
     }
+}
+
+void nmm_element_weights(const nmm_model *model, int e, nmm_vec2 place, double *weight) {
+    double linear[3];
+    nmm_element_linear(model, e, place, linear);
+    nmm_functions_value(model, e, linear, weight);
 }
 
 // Squared distance of `place` from the polygon of element e, 0 inside.

@@ -7,13 +7,17 @@
 //   element = block part inside one triangle = common part of 3 covers
 //   loop vertex v --- loop edge v (to vertex_next[v]) --- the block lies to the left
 //
-// A point of element e moves by  u(X) = sum_i w_i(X) d_i,  w_i(X) = element_weight + gradient . (X
-// - centre).
+// A point of element e moves by  u(X) = sum_i w_i(X) d_i.  Of its n_local functions w_i the first
+// three are linear, w_i(X) = element_weight + gradient . (X - centre), and add to one; order > 0
+// has more, made of these three (functions.c), each with a physical cover of its own.
 
 #ifndef NMM_MODEL_H
 #define NMM_MODEL_H
 
 #include "geometry.h"
+
+/// Functions of an element at most: three linear ones; order 1: 6, order 2: 10.
+enum { NMM_MOST_LOCAL = 10 };
 
 typedef enum nmm_plane { NMM_PLANE_STRAIN, NMM_PLANE_STRESS } nmm_plane;
 
@@ -44,7 +48,7 @@ typedef struct nmm_history {
 /// A point held in x, y or both at X + history(t) by a stiff spring with a carried force.
 typedef struct nmm_support {
     int element;
-    double weight[3];
+    double weight[NMM_MOST_LOCAL];
     nmm_vec2 place; // reference place
     bool fix_x, fix_y;
     double length;    // [m] boundary length (or 1 for a lone point) that it stands for
@@ -57,7 +61,7 @@ typedef struct nmm_support {
 /// A force on a point of an element.
 typedef struct nmm_load {
     int element;
-    double weight[3];
+    double weight[NMM_MOST_LOCAL];
     nmm_vec2 place;
     nmm_vec2 force; // [N], times history
     double length;  // [m] boundary whose traction it stands for, 0: a force at a point
@@ -68,9 +72,10 @@ typedef struct nmm_load {
 typedef struct nmm_monitor {
     const char *name;
     int element;
-    double weight[3];
+    double weight[NMM_MOST_LOCAL];
     nmm_vec2 place;
     bool displacement, velocity, stress;
+    double initial[3]; // [Pa] initial stress there
 } nmm_monitor;
 
 /// Covers that are held rigidly (supports of a whole block): removed from the system exactly.
@@ -83,6 +88,10 @@ typedef struct nmm_hold {
 typedef struct nmm_model {
     // Sizes of the tables.
     int n_cover, n_element, n_corner, n_point, n_vertex;
+    int order;    // of the cover functions: 0, 1, 2; whole blocks have linear functions only: 0
+    int n_local;  // functions of an element: 3, 6, 10
+    int n_sample; // order > 0: places where elements are integrated, else 0
+    int n_tie;    // order > 0: slivers tied to a neighbour
     int n_block, n_material, n_interface, n_support, n_support_group, n_hold, n_load, n_monitor,
         n_history;
     nmm_vec2 origin;   // [m] coordinates of the scene = coordinates of the model + origin
@@ -95,6 +104,9 @@ typedef struct nmm_model {
 #include "model_fields.inl"
 #undef FIELD
 
+    int *tie_element; // [n_tie][2] a sliver and its neighbour; NULL where there are none
+    double *tie_gram; // [n_tie][pairs of 2 n_local] m2: products of the functions of the first and
+                      // minus those of the second over both triangles
     nmm_material *material;
     nmm_interface *interface; // entry 0: contacts that no joint names
     nmm_support *support;
@@ -181,8 +193,29 @@ uint64_t nmm_state_hash(const nmm_model *model, const nmm_state *state);
 /// Value of a history at `time` into value[width].
 void nmm_history_value(const nmm_history *history, double time, double *value);
 
-/// Weights of element `e` at the reference place X (model coordinates).
-void nmm_element_weights(const nmm_model *model, int e, nmm_vec2 place, double weight[3]);
+/// Functions of an element with covers of an order.
+static inline int nmm_local_of(int order) {
+    return (order + 2) * (order + 3) / 2;
+}
+
+/// The linear functions of element `e` at the reference place X (model coordinates).
+void nmm_element_linear(const nmm_model *model, int e, nmm_vec2 place, double linear[3]);
+
+/// All functions of element `e` at the reference place X: weight[n_local].
+void nmm_element_weights(const nmm_model *model, int e, nmm_vec2 place, double *weight);
+
+/// All functions of element `e` where its linear ones have these values: value[n_local].
+void nmm_functions_value(const nmm_model *model, int e, const double linear[3], double *value);
+
+/// Their gradients there: gradient[n_local][2] [1/m].
+void nmm_functions_gradient(const nmm_model *model, int e, const double linear[3],
+                            double *gradient);
+
+/// Place of (i, j) among the products of n functions: 00, 01, .., 11, 12, ..
+static inline int nmm_pair_index(int n, int i, int j) {
+    const int low = i < j ? i : j, high = i < j ? j : i;
+    return low * (2 * n - 1 - low) / 2 + high;
+}
 
 /// The element that holds the reference place X; the nearest one (by its polygon) within `reach`;
 /// -1: none.

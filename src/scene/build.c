@@ -103,20 +103,24 @@ static nmm_status build_time(nmm_builder *b) {
     return note_number(b, "output.every", s->output_every, "end / 100; about a hundred frames");
 }
 
-// Linear functions for whole blocks, constant ones on the lattice.
+// Linear functions for whole blocks, any order on the lattice.
 static nmm_status check_covers(nmm_builder *b) {
     const raw_covers *raw = &b->raw->covers;
     const raw_head *head = &raw->head;
     if (!raw_good(head, "mesh") || !raw_good(head, "order")) return NMM_OK;
-    if (raw->mesh == NMM_MESH_LATTICE && raw->order == 1) {
-        return nmm_complain(
-            b->reader, raw_mark(head, "order"),
-            "order 1 on a lattice is not supported yet; allowed: 0, or mesh: block");
+    const bool lumped = b->raw->analysis.mass == NMM_MASS_LUMPED;
+    if (raw->mesh == NMM_MESH_LATTICE && raw->order > 0 && lumped) {
+        return nmm_complain(b->reader, raw_mark(&b->raw->analysis.head, "mass"),
+                            "a lumped mass belongs to covers of order 0; with covers.order: %d it "
+                            "is consistent",
+                            raw->order);
     }
     if (raw->mesh == NMM_MESH_LATTICE) return NMM_OK;
-    if (raw->order == 0) {
+    if (raw->order == 0 || raw->order == 2) {
         TRY(nmm_complain(b->reader, raw_mark(head, "order"),
-                         "a cover of order 0 cannot turn; with mesh: block the order is 1"));
+                         raw->order == 0
+                             ? "a cover of order 0 cannot turn; with mesh: block the order is 1"
+                             : "with mesh: block the order is 1: uniform strain in each block"));
     }
     if (!raw_given(head, "size") || raw->size <= 0) return NMM_OK;
     return nmm_complain(b->reader, raw_key_mark(head, "size"),
@@ -155,6 +159,7 @@ static void copy_settings(nmm_builder *b) {
     s->cover_size = raw->covers.size;
     s->size_mark = raw_mark(&raw->covers.head, "size");
     s->mesh = (nmm_mesh)raw->covers.mesh;
+    s->order = s->mesh == NMM_MESH_BLOCK ? 1 : nmm_max_int(0, raw->covers.order);
     s->penalty = raw->contact.penalty;
     s->contact_method = (nmm_contact_method)raw->contact.method;
     s->damping = raw->analysis.damping;

@@ -199,7 +199,7 @@ static const nmm_object interface_object = OBJECT(
 // --- Covers, supports, loads
 
 static const nmm_word order_words[] = {
-    {"auto", -1, false}, {"0", 0, false}, {"1", 1, false}, {"2", 2, true}, {NULL, 0, false}};
+    {"auto", -1, false}, {"0", 0, false}, {"1", 1, false}, {"2", 2, false}, {NULL, 0, false}};
 static const nmm_word mesh_words[] = {
     {"lattice", NMM_MESH_LATTICE, false}, {"block", NMM_MESH_BLOCK, false}, {NULL, 0, false}};
 static const nmm_key covers_keys[] = {
@@ -208,7 +208,9 @@ static const nmm_key covers_keys[] = {
      .meaning = "distance of neighbouring lattice nodes; not with `mesh: block`"},
     {"order", KEY(raw_covers, order), .kind = NMM_VALUE_CHOICE, .word = order_words,
      .standard = "auto", .why = "0 on a lattice, 1 for whole blocks",
-     .meaning = "order of the cover functions: 0 on a lattice, 1 with `mesh: block`"},
+     .meaning =
+         "order of the cover functions: 0, 1 or 2 on a lattice (displacements of degree 1, 2, "
+         "3), 1 with `mesh: block`"},
     {"mesh", KEY(raw_covers, mesh), .kind = NMM_VALUE_CHOICE, .word = mesh_words,
      .standard = "lattice", .why = "regular triangles",
      .meaning =

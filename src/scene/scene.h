@@ -113,6 +113,7 @@ typedef struct nmm_scene_settings {
     double cover_size;  // covers.size [m]; 0: chosen from the scene
     nmm_mark size_mark; // of covers.size
     nmm_mesh mesh;      // covers.mesh
+    int order;          // covers.order: 0, 1, 2; 1 for whole blocks
     double penalty;     // contact.penalty, times Young's modulus; 0: auto
     nmm_contact_method contact_method;
     bool is_static;        // analysis.kind

@@ -26,6 +26,9 @@
 // Where no solution is found a pivot below this part of its diagonal element is named as the cause.
 #define SMALL_PIVOT 1e-12
 
+// Work of a solve that several threads are worth [ns].
+#define LEAST_SHARED 200000.0
+
 // Part of the iterations that are worth a factorisation, before progress with an old factor is
 // judged.
 #define GRACE 0.25
@@ -40,8 +43,6 @@ typedef struct nmm_direct {
     nmm_factor factor;
     bool fresh;  // the factor is that of the system at hand
     bool usable; // the factor is that of some system, with pivots above zero
-    int weakest_row;
-    double weakest_pivot; // smallest pivot / diagonal element
     // Work of a factorisation, and of an iteration.
     double factor_cost, iteration_cost;
     // Since the factor was made: solves, work including its own.
@@ -49,6 +50,8 @@ typedef struct nmm_direct {
     double spent;
     // Solves without a try of an old factor: still to come, and after the next failure.
     int pause, next_pause;
+    nmm_pace pace; // one thread or several
+    bool analysed; // in this solve
 } nmm_direct;
 
 // --- The object
@@ -80,11 +83,18 @@ double nmm_direct_work(const nmm_direct *direct, const nmm_bsr *K, double *analy
     return call + work + 2 * PER_NUMBER * FILL * n_block;
 }
 
+// Places that were checked.
+static const double *place_of(const nmm_solver *s) {
+    return s->options.body != NULL ? s->options.place : NULL;
+}
+
 // Order and shape of L.
-static nmm_status analyse(nmm_context *context, nmm_direct *d, const nmm_bsr *K) {
+static nmm_status analyse(nmm_context *context, nmm_direct *d, const nmm_solver *s,
+                          const nmm_bsr *K) {
     if (nmm_factor_knows(&d->factor, K)) return NMM_OK;
     d->usable = d->fresh = false;
-    TRY(nmm_factor_analyse(context, &d->factor, K));
+    d->analysed = true;
+    TRY(nmm_factor_analyse(context, &d->factor, K, place_of(s)));
     d->factor_cost = d->factor.work;
     d->iteration_cost = PER_NUMBER * (2 * d->factor.n_number + 4.0 * d->factor.n_block);
     return NMM_OK;
@@ -92,32 +102,34 @@ static nmm_status analyse(nmm_context *context, nmm_direct *d, const nmm_bsr *K)
 
 // --- Factor
 
-// The pivot that is smallest beside its diagonal element; the diagonal of L holds inverses.
-static void look_at_pivots(nmm_direct *d, const nmm_bsr *K) {
-    const nmm_factor *f = &d->factor;
+// Row of the pivot that is smallest beside its diagonal element; *ratio: of the two. The diagonal
+// of L holds inverses.
+static int weakest_pivot(const nmm_factor *f, const nmm_bsr *K, double *ratio) {
     double most = 0;
+    int weakest = -1;
     for (int i = 0; i < f->n_front; i++) {
         const nmm_front *front = &f->front[i];
         for (int j = 0; j < 2 * front->n_pivot; j++) {
             const int row = f->order[front->first + j / 2];
             const double inverse = f->value[front->column + (front->stride + 1L) * j];
             const double element = K->value[4 * (long)K->diagonal[row] + 3 * (j % 2)];
-            const double ratio = inverse * element * inverse;
-            if (ratio <= most) continue;
-            most = ratio;
-            d->weakest_row = row;
+            const double inverse_ratio = inverse * element * inverse;
+            if (inverse_ratio <= most) continue;
+            most = inverse_ratio;
+            weakest = row;
         }
     }
-    d->weakest_pivot = 1 / most;
+    *ratio = 1 / most;
+    return weakest;
 }
 
 // The numbers of L for the solver's matrix.
 static nmm_status factorise(nmm_context *context, nmm_direct *d, const nmm_solver *s,
                             const nmm_bsr *K, nmm_solve_report *report) {
-    TRY(analyse(context, d, K));
+    TRY(analyse(context, d, s, K));
     d->usable = d->fresh = false;
-    TRY(nmm_factor_reserve(context, &d->factor));
-    const int row = s->variant->make_factor(&d->factor, K->value);
+    TRY(nmm_factor_reserve(context, &d->factor, s->n_thread));
+    const int row = nmm_factor_fastest()->make(&d->factor, K->value);
     report->setups++;
     d->n_solve = 0;
     d->spent = d->factor_cost;
@@ -130,21 +142,24 @@ static nmm_status factorise(nmm_context *context, nmm_direct *d, const nmm_solve
         return NMM_OK;
     }
     d->fresh = d->usable = true;
-    look_at_pivots(d, K);
     return NMM_OK;
 }
 
 // --- Conjugate gradients
 
 static double dot(const nmm_solver *s, const double *x, const double *y) {
-    return nmm_sum_product(2 * s->n_row, x, y, 1);
+    return nmm_sum_product(2 * s->n_row, x, y, s->n_thread);
 }
 
 // r = f - K u; its norm.
 static double true_norm(const nmm_solver *s) {
-    s->variant->multiply(s, s->wide.u, s->wide.r);
-    for (int i = 0; i < 2 * s->n_row; i++)
-        s->wide.r[i] = s->wide.f[i] - s->wide.r[i];
+    const double *f = s->wide.f;
+    double *r = s->wide.r;
+    const int n = 2 * s->n_row;
+    s->variant->multiply(s, s->wide.u, r);
+#pragma omp parallel for num_threads(s->n_thread) schedule(static) if (n > 20000)
+    for (int i = 0; i < n; i++)
+        r[i] = f[i] - r[i];
     return sqrt(dot(s, s->wide.r, s->wide.r));
 }
 
@@ -153,7 +168,7 @@ static double true_norm(const nmm_solver *s) {
 // the direction tried, or a number is not finite. *norm: of the recursion's residual.
 static void step(const nmm_direct *d, nmm_solver *s, double *rho, double *norm) {
     const double *z = s->wide.z;
-    s->variant->apply_factor(&d->factor, s->wide.r, s->wide.z);
+    nmm_factor_fastest()->apply(&d->factor, s->wide.r, s->wide.z);
     const int n = 2 * s->n_row;
     const double rho_new = dot(s, s->wide.r, z);
     const double beta = *rho > 0 ? rho_new / *rho : 0;
@@ -231,7 +246,7 @@ static void try_old_factor(nmm_direct *d, nmm_solver *s, const double *u, double
 // than an iteration does.
 static void correct(const nmm_direct *d, nmm_solver *s, const double *u, double *norm,
                     nmm_solve_report *report) {
-    s->variant->apply_factor(&d->factor, s->wide.r, s->wide.z);
+    nmm_factor_fastest()->apply(&d->factor, s->wide.r, s->wide.z);
     for (int i = 0; i < 2 * s->n_row; i++)
         s->wide.u[i] += s->wide.z[i];
     report->iterations++;
@@ -241,8 +256,8 @@ static void correct(const nmm_direct *d, nmm_solver *s, const double *u, double 
 
 // With the factor of this matrix: one correction, and some iterations where rounding wants them, as
 // long as each round at least halves the true residual.
-static void refine(const nmm_direct *d, nmm_solver *s, const double *u, double *norm,
-                   nmm_solve_report *report) {
+static void refine(const nmm_direct *d, nmm_solver *s, const nmm_bsr *K, const double *u,
+                   double *norm, nmm_solve_report *report) {
     if (report->iterations < s->options.max_iterations) correct(d, s, u, norm, report);
     double before = 4 * *norm;
     while (!(*norm <= s->limit) && *norm < 0.5 * before) {
@@ -257,36 +272,56 @@ static void refine(const nmm_direct *d, nmm_solver *s, const double *u, double *
     if (*norm <= s->limit) return;
     report->end = NMM_SOLVE_STAGNATED;
     // A pivot that is nothing but rounding: singular.
-    if (d->weakest_pivot < SMALL_PIVOT) {
+    double ratio = 1;
+    const int row = weakest_pivot(&d->factor, K, &ratio);
+    if (ratio < SMALL_PIVOT) {
         report->end = NMM_SOLVE_INDEFINITE;
-        report->row = d->weakest_row;
+        report->row = row;
     }
 }
 
 static nmm_status run(nmm_context *context, nmm_solver *s, const nmm_bsr *K, const double *u,
                       double *norm, nmm_solve_report *report) {
-    TRY(create(context, &s->direct));
     nmm_direct *d = s->direct;
     d->fresh = false;
     *norm = nmm_solver_first_norm(s, u, true_norm);
     if (*norm <= s->limit) return NMM_OK;
     if (old_factor_pays(d, s)) {
+        TRY(nmm_factor_reserve(context, &d->factor, s->n_thread));
         try_old_factor(d, s, u, norm, report);
         if (*norm <= s->limit) return NMM_OK;
     }
     TRY(factorise(context, d, s, K, report));
-    if (d->fresh) refine(d, s, u, norm, report);
+    if (d->fresh) refine(d, s, K, u, norm, report);
     return NMM_OK;
+}
+
+// One thread or several? Where the work is worth it the faster way of late, as bits are the same.
+static bool several_threads(nmm_direct *d, nmm_solver *s, const nmm_bsr *K) {
+    double analysis = 0;
+    if (s->n_thread == 1 || nmm_direct_work(d, K, &analysis) < LEAST_SHARED) return false;
+    return true;
 }
 
 nmm_status nmm_direct_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                             const double *f, double *u, nmm_solve_report *report) {
-    nmm_solver_use_threads(solver, 1);
+    TRY(create(context, &solver->direct));
+    nmm_direct *d = solver->direct;
+    const bool several = several_threads(d, solver, K);
+    if (!several || !nmm_pace_shares(&d->pace)) nmm_solver_use_threads(solver, 1);
+    const double began = nmm_clock();
     bool ready = false;
     TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
     if (!ready) return NMM_OK;
+    d->analysed = false;
     double norm = 0;
     TRY(run(context, solver, K, u, &norm, report));
     nmm_solver_finish(solver, norm, u, report);
+    // The analysis is for one thread in any case.
+    if (several && !d->analysed && report->setups + report->iterations > 0) {
+        const double work =
+            report->setups * d->factor_cost / d->iteration_cost + report->iterations;
+        nmm_pace_note(&d->pace, solver->n_thread > 1, (int)work, nmm_clock() - began);
+    }
     return NMM_OK;
 }

@@ -14,6 +14,10 @@
 #define PER_PLACE 1.0 // of a front, both of 2x2 blocks
 #define PER_PRODUCT 0.06
 
+// Rows, and blocks of a row, from which on cuts gain more than they cost.
+#define ROWS_TO_CUT 12000
+#define BLOCKS_TO_CUT 6
+
 // By steps of the order, later by fronts, or by rows in order of elimination.
 typedef struct tree {
     nmm_order order;
@@ -55,7 +59,6 @@ static void release_rows(nmm_context *context, nmm_factor *f) {
     nmm_release(context, &f->rank);
     nmm_release(context, &f->front);
     nmm_release(context, &f->x);
-    nmm_release(context, &f->below);
     f->row_capacity = 0;
 }
 
@@ -65,9 +68,15 @@ void nmm_factor_destroy(nmm_context *context, nmm_factor *factor) {
     nmm_release(context, &factor->entry);
     nmm_release(context, &factor->row);
     nmm_release(context, &factor->place);
+    nmm_release(context, &factor->run);
     nmm_release(context, &factor->value);
-    nmm_release(context, &factor->stack);
+    for (int k = 0; k < 2; k++)
+        nmm_release(context, &factor->stack[k].number);
     nmm_release(context, &factor->tree);
+    nmm_release(context, &factor->part);
+    nmm_release(context, &factor->top);
+    nmm_release(context, &factor->team);
+    nmm_dissect_release(context, &factor->stage_room);
     nmm_order_release(context, &factor->room);
     *factor = (nmm_factor){0};
 }
@@ -81,25 +90,25 @@ static nmm_status reserve_rows(nmm_context *context, nmm_factor *f, int n) {
     TRY(nmm_allocate(context, &f->rank, rows, sizeof(int)));
     TRY(nmm_allocate(context, &f->front, rows, sizeof *f->front));
     TRY(nmm_allocate(context, &f->x, rows, 2 * sizeof(double)));
-    TRY(nmm_allocate(context, &f->below, rows + 2, 2 * sizeof(double)));
     f->row_capacity = n;
     return NMM_OK;
 }
 
 // Numbers need not survive a new pattern. A little more, for patterns that change a little.
+#define MORE_AT_MOST 1000000
 static nmm_status reserve_numbers(nmm_context *context, double **array, long *capacity, long n) {
     if (n <= *capacity) return NMM_OK;
     nmm_release(context, array);
     *capacity = 0;
-    TRY(nmm_allocate(context, array, (size_t)(n + n / 4), sizeof(double)));
-    *capacity = n + n / 4;
+    const long more = n / 4 < MORE_AT_MOST ? n / 4 : MORE_AT_MOST;
+    TRY(nmm_allocate(context, array, (size_t)(n + more), sizeof(double)));
+    *capacity = n + more;
     return NMM_OK;
 }
 
 // --- Fronts
 
-// Nanoseconds to assemble a front and to eliminate its pivots.
-static double front_work(int n_pivot, int n_row) {
+double nmm_front_work(int n_pivot, int n_row) {
     const double n = 2.0 * n_pivot, m = 2.0 * n_row, rows = n_pivot + n_row;
     const double product = n * (n * n / 6 + 0.5 * m * n + 0.5 * m * m);
     return PER_FRONT + PER_ROW * rows + PER_PLACE * 0.5 * rows * rows + PER_PRODUCT * product;
@@ -118,9 +127,9 @@ static void join_fronts(tree *t) {
         t->n_pivot[p] = t->order.size[p];
         t->top[p] = p;
         for (int c = t->child[p]; c >= 0; c = t->sibling[c]) {
-            const double apart =
-                front_work(t->n_pivot[c], n_below[c]) + front_work(t->n_pivot[p], n_below[p]);
-            if (front_work(t->n_pivot[c] + t->n_pivot[p], n_below[p]) > apart) continue;
+            const double apart = nmm_front_work(t->n_pivot[c], n_below[c]) +
+                                 nmm_front_work(t->n_pivot[p], n_below[p]);
+            if (nmm_front_work(t->n_pivot[c] + t->n_pivot[p], n_below[p]) > apart) continue;
             t->n_pivot[p] += t->n_pivot[c];
             t->n_pivot[c] = 0;
             t->top[c] = p;
@@ -232,6 +241,11 @@ static void find_places(nmm_factor *f, const nmm_front *front) {
             m++;
         place[k] = p->n_pivot + m;
     }
+    int *run = f->run + front->row;
+    for (int k = front->n_row - 1; k >= 0; k--) {
+        const bool follows = k + 1 < front->n_row && place[k + 1] == place[k] + 1;
+        run[k] = follows ? run[k + 1] + 1 : 1;
+    }
 }
 
 // Blocks of K in the columns of the pivots, on and below the diagonal. The block of the other half
@@ -266,34 +280,26 @@ static void lay_out_columns(nmm_factor *f) {
         front->column = f->n_value + skew;
         f->n_value += (long)n * front->stride;
         f->n_number += n * (0.5 * (n + 1) + 2.0 * front->n_row);
-        f->work += front_work(front->n_pivot, front->n_row);
+        f->work += nmm_front_work(front->n_pivot, front->n_row);
     }
-}
-
-// What is left of a front stays on one of two stacks until its parent takes it: that of the parent
-// is on the other one, so that all that a parent takes lies on top.
-static void lay_out_stacks(nmm_factor *f, int *side) {
-    long top[2] = {0, 0}, most[2] = {0, 0};
-    for (int i = f->n_front - 1; i >= 0; i--)
-        side[i] = f->front[i].parent < 0 ? 0 : 1 - side[f->front[i].parent];
-    for (int i = 0; i < f->n_front; i++) {
-        nmm_front *front = &f->front[i];
-        const int s = side[i];
-        front->rest = top[s];
-        top[s] += (long)front->padded * front->padded;
-        most[s] = top[s] > most[s] ? top[s] : most[s];
-        if (front->child >= 0) top[1 - s] = f->front[front->child].rest;
-    }
-    for (int i = 0; i < f->n_front; i++)
-        if (side[i] == 1) f->front[i].rest += most[0];
-    f->n_stack = most[0] + most[1] + 1; // never without memory
 }
 
 // --- All of it
 
-static nmm_status build(nmm_context *context, nmm_factor *f, tree *t) {
+static nmm_status find_order(nmm_context *context, nmm_factor *f, const double *place, tree *t) {
+    nmm_stages stages = {0};
+    const bool cut =
+        place != NULL && f->n_row >= ROWS_TO_CUT && f->n_block / f->n_row >= BLOCKS_TO_CUT;
+    if (cut) {
+        TRY(nmm_dissect(context, &f->stage_room, f->n_row, f->row_start, f->col, place, &stages));
+    }
+    return nmm_order_find(context, &f->room, f->n_row, f->row_start, f->col, cut ? &stages : NULL,
+                          &t->order);
+}
+
+static nmm_status build(nmm_context *context, nmm_factor *f, const double *place, tree *t) {
     TRY(place_tree(context, f, t));
-    TRY(nmm_order_find(context, &f->room, f->n_row, f->row_start, f->col, &t->order));
+    TRY(find_order(context, f, place, t));
     join_fronts(t);
     number_fronts(f, t);
     rank_rows(f, t);
@@ -302,9 +308,9 @@ static nmm_status build(nmm_context *context, nmm_factor *f, tree *t) {
         n_list += f->front[i].n_row;
     TRY(nmm_grow(context, &f->row, &f->list_capacity, n_list, sizeof(int)));
     TRY(nmm_grow(context, &f->place, &f->place_capacity, n_list, sizeof(int)));
+    TRY(nmm_grow(context, &f->run, &f->run_capacity, n_list, sizeof(int)));
     list_rows(f, t);
     lay_out_columns(f);
-    lay_out_stacks(f, t->mark);
     for (int i = 0, n_entry = 0; i < f->n_front; i++) {
         find_places(f, &f->front[i]);
         n_entry = find_entries(f, &f->front[i], n_entry, t->top);
@@ -312,7 +318,8 @@ static nmm_status build(nmm_context *context, nmm_factor *f, tree *t) {
     return NMM_OK;
 }
 
-nmm_status nmm_factor_analyse(nmm_context *context, nmm_factor *factor, const nmm_bsr *K) {
+nmm_status nmm_factor_analyse(nmm_context *context, nmm_factor *factor, const nmm_bsr *K,
+                              const double *place) {
     if (nmm_factor_knows(factor, K)) return NMM_OK;
     const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
     forget_pattern(factor);
@@ -323,13 +330,28 @@ nmm_status nmm_factor_analyse(nmm_context *context, nmm_factor *factor, const nm
     memcpy(factor->col, K->col, (size_t)n_block * sizeof(int));
     factor->n_row = K->n_row;
     factor->n_block = n_block;
+    factor->n_thread = 0;
     tree t = {0};
-    const nmm_status status = build(context, factor, &t);
+    const nmm_status status = build(context, factor, place, &t);
     if (status != NMM_OK) forget_pattern(factor);
     return status;
 }
 
-nmm_status nmm_factor_reserve(nmm_context *context, nmm_factor *f) {
-    TRY(reserve_numbers(context, &f->value, &f->value_capacity, f->n_value));
-    return reserve_numbers(context, &f->stack, &f->stack_capacity, f->n_stack);
+nmm_status nmm_factor_reserve(nmm_context *context, nmm_factor *f, int n_thread) {
+    if (f->team == NULL) TRY(nmm_allocate(context, &f->team, 1, sizeof *f->team));
+    TRY(nmm_factor_share(context, f, n_thread));
+    for (int k = 0; k < 2; k++) {
+        nmm_factor_stack *stack = &f->stack[k];
+        const long n = stack->n_kept + n_thread * stack->n_own + 1; // never without memory
+        TRY(reserve_numbers(context, &stack->number, &stack->capacity, n));
+    }
+    return reserve_numbers(context, &f->value, &f->value_capacity, f->n_value);
+}
+
+const nmm_factor_kernels *nmm_factor_fastest(void) {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f")) return &nmm_factor_avx512;
+    if (__builtin_cpu_supports("avx2")) return &nmm_factor_avx2;
+#endif
+    return &nmm_factor_plain;
 }

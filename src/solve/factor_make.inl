@@ -1,25 +1,22 @@
 // SPDX-License-Identifier: MIT
 //
-// The numbers of a factor, and solving with it; compiled once for each kind of processor. All work
-// on a front is done by one kernel, a tile of 4 columns and a few rows that stays in registers
-// while the columns to its left are taken off. Each number is a sum in the order of the columns,
-// whatever the tile, so bits do not depend on it.
+// The numbers of a factor; compiled once for each kind of processor. All work on a front is done by
+// one kernel, a tile of 4 columns and a few rows that stays in registers while the columns to its
+// left are taken off. Each number is a sum in the order of the columns, whatever the tile, the
+// block and the thread, so bits do not depend on them.
 
-// Columns taken off a tile at a time, so that what is read stays in a cache.
+// Columns eliminated and taken off at a time, so that what is read stays in a cache: in a front of
+// so many columns; rows and columns of a block that they are taken off.
+#define FEW_COLUMNS 256
+#define SHALLOW 32
 #define DEPTH 64
+#define BLOCK 64
 
-// The loops over columns and rows of a tile vanish, so that it stays in registers.
-#define UNROLL _Pragma("GCC unroll 4")
+// Fewer rows are added one by one: what runs are there is hard to foresee.
+#define FEW_ROWS 24
 
-// As many numbers as a register holds, at any address: larger vectors would not stay in registers.
-#ifdef __AVX2__
-#define LANE 4
-#else
-#define LANE 2
-#endif
-typedef double lane_slot __attribute__((vector_size(8 * LANE), aligned(8), may_alias));
-#define SLOT(at) (*(lane_slot *)(at))
-#define SLOT_OF(at) (*(const lane_slot *)(at))
+// Block columns of a front that a thread assembles at a time, where threads share it.
+#define STRIP 8
 
 // --- Tiles
 
@@ -33,56 +30,33 @@ typedef struct tile {
     int depth; // how many columns
 } tile;
 
-// at -= left * up^T; divided by the triangle at `corner` unless that is NULL, whose diagonal holds
-// inverses. `n`: rows, in lanes.
-static inline __attribute__((always_inline)) void take_off(const tile *t, int n,
-                                                           const double *corner) {
-    lane_slot sum[4][2];
-    UNROLL
-    for (int j = 0; j < 4; j++)
-        for (int i = 0; i < n; i++)
-            sum[j][i] = SLOT(t->at + j * t->stride + LANE * i);
-    const double *left = t->left, *up = t->up;
-    for (int k = 0; k < t->depth; k++) {
-        lane_slot l[2];
-        for (int i = 0; i < n; i++)
-            l[i] = SLOT_OF(left + LANE * i);
-        UNROLL
-        for (int j = 0; j < 4; j++)
-            for (int i = 0; i < n; i++)
-                sum[j][i] -= l[i] * up[j];
-        left += t->left_stride;
-        up += t->left_stride;
-    }
-    if (corner != NULL) {
-        UNROLL
-        for (int j = 0; j < 4; j++) {
-            for (int i = 0; i < n; i++) {
-                for (int k = 0; k < j; k++)
-                    sum[j][i] -= sum[k][i] * corner[k * t->stride + j];
-                sum[j][i] *= corner[j * t->stride + j];
-            }
-        }
-    }
-    UNROLL
-    for (int j = 0; j < 4; j++)
-        for (int i = 0; i < n; i++)
-            SLOT(t->at + j * t->stride + LANE * i) = sum[j][i];
-}
+#define TAKE_OFF take_off
+#define TILE_SLOT lane_slot
+#define TILE_LANE LANE
+#include "factor_tile.inl"
+
+#ifdef __AVX512F__
+#define TAKE_OFF take_off_wide
+#define TILE_SLOT wide_slot
+#define TILE_LANE 8
+#include "factor_tile.inl"
+#endif
 
 // A column of tiles, n_row rows, a multiple of 4.
 static void take_off_rows(tile t, int n_row, const double *corner) {
-    const int rest = n_row % (2 * LANE);
-    if (rest != 0) {
-        take_off(&t, 1, corner);
-        t.at += LANE;
-        t.left += LANE;
+    int i = 0;
+#ifdef __AVX512F__
+    for (; n_row - i >= 16; i += 16)
+        take_off_wide(&t, 2, corner, i);
+    if (n_row - i >= 8) {
+        take_off_wide(&t, 1, corner, i);
+        i += 8;
     }
-    for (int i = rest; i < n_row; i += 2 * LANE) {
-        take_off(&t, 2, corner);
-        t.at += 2 * LANE;
-        t.left += 2 * LANE;
-    }
+#else
+    for (; n_row - i >= 2 * LANE; i += 2 * LANE)
+        take_off(&t, 2, corner, i);
+#endif
+    if (i < n_row) take_off(&t, 1, corner, i);
 }
 
 // --- Pivots
@@ -106,185 +80,361 @@ static bool factorise_corner(double *corner, long stride, int n, int *broken) {
     return true;
 }
 
-// The first two columns, where the number of columns is not a multiple of 4: n_row rows below them.
-static void divide_pair(double *panel, long stride, int n_row) {
+// The first two columns, where the number of columns is not a multiple of 4: rows from .. to - 1.
+static void divide_pair(double *panel, long stride, int from, int to) {
     const double inverse[2] = {panel[0], panel[stride + 1]}, lower = panel[1];
-    double *a = panel + 2, *b = a + stride;
-    for (int i = 0; i < n_row; i += LANE) {
+    double *a = panel, *b = panel + stride;
+    for (int i = from; i < to; i += LANE) {
         const lane_slot x = SLOT(a + i) * inverse[0];
         SLOT(a + i) = x;
         SLOT(b + i) = (SLOT(b + i) - x * lower) * inverse[1];
     }
 }
 
-// Columns of L of a front, from left to right; row of the pivot that is not positive, -1: none.
-static int factorise_pivots(const nmm_front *front, double *panel) {
-    const int n = 2 * front->n_pivot, n_all = n + front->padded;
-    const long stride = front->stride;
-    int broken = 0, first = 0;
-    if (n % 4 != 0) {
-        if (!factorise_corner(panel, stride, 2, &broken)) return front->first;
-        divide_pair(panel, stride, n_all - 2);
-        first = 2;
+// Some columns of a front, from which those to their left were taken off.
+typedef struct strip {
+    double *panel; // the front's first column
+    long stride;
+    int first, end;
+} strip;
+
+// Eliminate the columns, in the rows down to n_row; column of a pivot that is not positive, -1:
+// none.
+static int eliminate_strip(const strip *s, int n_row) {
+    const long stride = s->stride;
+    int broken = 0, j = s->first;
+    if ((s->end - j) % 4 != 0) {
+        if (!factorise_corner(s->panel, stride, 2, &broken)) return broken;
+        divide_pair(s->panel, stride, 2, n_row);
+        j += 2;
     }
-    for (int j = first; j < n; j += 4) {
-        double *corner = panel + j * stride + j;
-        tile t = {corner, stride, panel + j, panel + j, stride, j};
-        take_off(&t, 4 / LANE, NULL);
-        if (!factorise_corner(corner, stride, 4, &broken)) return front->first + (j + broken) / 2;
+    for (; j < s->end; j += 4) {
+        double *corner = s->panel + j * stride + j;
+        const double *left = s->panel + s->first * stride + j;
+        tile t = {corner, stride, left, left, stride, j - s->first};
+        take_off(&t, 4 / LANE, NULL, 0);
+        if (!factorise_corner(corner, stride, 4, &broken)) return j + broken;
         t.at += 4;
         t.left += 4;
-        take_off_rows(t, n_all - j - 4, corner);
+        take_off_rows(t, n_row - j - 4, corner);
     }
     return -1;
 }
 
-// What the pivots leave of the rest of a front.
-static void reduce_rest(const nmm_front *front, const double *panel, double *rest) {
-    const int n = 2 * front->n_pivot, m = front->padded;
-    for (int k = 0; k < n; k += DEPTH) {
-        const double *columns = panel + (long)k * front->stride + n;
-        const int depth = nmm_min_int(DEPTH, n - k);
-        for (int j = 0; j < m; j += 4) {
-            const tile t = {rest + (long)j * m + j, m,    columns + j, columns + j,
-                            front->stride,          depth};
-            take_off_rows(t, m - j, NULL);
-        }
+// The same in rows from .. to - 1 below the triangle, which is done.
+static void divide_strip(const strip *s, int from, int to) {
+    const long stride = s->stride;
+    int j = s->first;
+    if ((s->end - j) % 4 != 0) {
+        divide_pair(s->panel, stride, from, to);
+        j += 2;
     }
+    for (; j < s->end; j += 4) {
+        const double *left = s->panel + s->first * stride;
+        const tile t = {
+            s->panel + j * stride + from, stride, left + from, left + j, stride, j - s->first};
+        take_off_rows(t, to - from, s->panel + j * stride + j);
+    }
+}
+
+// A block of a symmetric matrix whose first number is at `at`: columns first .. end - 1, on and
+// below the diagonal, in rows from .. to - 1.
+typedef struct tile_block {
+    double *at;
+    long stride;
+    int first, end, from, to;
+} tile_block;
+
+// Take columns off the block. Their numbers in its first row and column are at `left`.
+static void take_off_block(const tile_block *b, const double *left, long left_stride, int depth) {
+    for (int j = b->first; j < b->end; j += 4) {
+        const int from = nmm_max_int(j, b->from);
+        const tile t = {
+            b->at + j * b->stride + from, b->stride, left + from, left + j, left_stride, depth};
+        take_off_rows(t, b->to - from, NULL);
+    }
+}
+
+// The blocks of columns first .. n - 1 down to row n_row, in order: false after the last one.
+// Begins with first = end = from = to.
+static bool next_block(tile_block *b, int n, int n_row, int width) {
+    b->from = b->to;
+    if (b->to == n_row || b->end == b->first) {
+        b->first = b->from = b->end;
+        if (b->first >= n) return false;
+        b->end = b->to = nmm_min_int(b->first + width, n);
+        return true;
+    }
+    b->to = nmm_min_int(b->from + BLOCK, n_row);
+    return true;
+}
+
+// Columns first .. end - 1 off those to their right. The first block is the triangle that comes
+// next: who takes it goes on to eliminate it.
+static int take_off_strip(const strip *s, const strip *next, int n, int n_row, nmm_hand *h) {
+    const int width = next->end - next->first;
+    const double *left = s->panel + s->first * s->stride;
+    tile_block b = {s->panel, s->stride, s->end, s->end, s->end, s->end};
+    if (h->n == 1 && n_row <= FEW_COLUMNS / 2) {
+        b.end = n;
+        b.to = n_row;
+        take_off_block(&b, left, s->stride, s->end - s->first);
+        return -1;
+    }
+    int turn = 0, broken = -1;
+    for (int mine = nmm_hand_take(h); next_block(&b, n, n_row, width); turn++) {
+        if (turn != mine) continue;
+        take_off_block(&b, left, s->stride, s->end - s->first);
+        if (turn == 0 && h->n > 1) broken = eliminate_strip(next, next->end);
+        mine = nmm_hand_take(h);
+    }
+    nmm_hand_join(h, turn);
+    return broken;
+}
+
+// A pivot is not positive: the first one in order of elimination counts.
+static void report_pivot(nmm_team *team, int pivot) {
+    int least = atomic_load_explicit(&team->least, memory_order_relaxed);
+    while (pivot < least && !atomic_compare_exchange_weak(&team->least, &least, pivot)) {
+    }
+}
+
+// Is there one before or in this front? The same for all threads, after they joined.
+static bool is_broken(const nmm_team *team, const nmm_front *front) {
+    const int least = atomic_load_explicit(&team->least, memory_order_relaxed);
+    return least < front->first + front->n_pivot;
+}
+
+// Columns of L of a front, from left to right; false where a pivot is not positive.
+static bool factorise_pivots(nmm_team *team, const nmm_front *front, double *panel, nmm_hand *h) {
+    const int n = 2 * front->n_pivot, n_all = n + front->padded;
+    const int width = n < FEW_COLUMNS ? SHALLOW : DEPTH;
+    strip s = {panel, front->stride, 0, nmm_min_int(width + n % 4, n)};
+    int broken = -1;
+    for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h))
+        broken = eliminate_strip(&s, h->n > 1 ? s.end : n_all);
+    nmm_hand_join(h, 1);
+    for (;;) {
+        if (broken >= 0) report_pivot(team, front->first + broken / 2);
+        if (h->n > 1) {
+            const int n_block = (n_all - s.end + BLOCK - 1) / BLOCK;
+            for (int k = nmm_hand_take(h); k < n_block; k = nmm_hand_take(h))
+                divide_strip(&s, s.end + k * BLOCK, nmm_min_int(s.end + (k + 1) * BLOCK, n_all));
+            nmm_hand_join(h, n_block);
+        }
+        if (h->n > 1 ? is_broken(team, front) : broken >= 0) return false;
+        if (s.end == n) return true;
+        const strip next = {panel, s.stride, s.end, nmm_min_int(s.end + width, n)};
+        broken = take_off_strip(&s, &next, n, n_all, h);
+        s = next;
+        if (h->n == 1) broken = eliminate_strip(&s, n_all);
+    }
+}
+
+// What the pivots leave of the rest of a front.
+static void reduce_rest(const nmm_front *front, const double *panel, double *rest, nmm_hand *h) {
+    const int n = 2 * front->n_pivot, m = front->padded;
+    const int width = h->n == 1 && m <= FEW_COLUMNS / 2 ? m : BLOCK;
+    tile_block b = {.at = rest, .stride = m};
+    int turn = 0;
+    for (int mine = nmm_hand_take(h); next_block(&b, m, m, width); turn++) {
+        if (turn != mine) continue;
+        for (int k = 0; k < n; k += DEPTH) {
+            const double *left = panel + (long)k * front->stride + n;
+            take_off_block(&b, left, front->stride, nmm_min_int(DEPTH, n - k));
+        }
+        mine = nmm_hand_take(h);
+    }
+    nmm_hand_join(h, turn);
 }
 
 // --- Assembly
 
-static void add_pair(double *to, const double *from) {
-    pair_wide a, b;
-    memcpy(&a, to, sizeof a);
-    memcpy(&b, from, sizeof b);
-    a += b;
-    memcpy(to, &a, sizeof a);
+// A thread's stacks: what is not kept for others.
+typedef struct own_stacks {
+    double *at[2];
+} own_stacks;
+
+static own_stacks stacks_of(const nmm_factor *f, int thread) {
+    own_stacks own;
+    for (int k = 0; k < 2; k++)
+        own.at[k] = f->stack[k].number + f->stack[k].n_kept + thread * f->stack[k].n_own;
+    return own;
 }
 
-// What is left of a child into the front of its parent.
-static void add_child(const nmm_factor *f, const nmm_front *child, const nmm_front *front,
-                      double *panel, double *rest) {
-    const int *place = f->place + child->row;
-    const double *from = f->stack + child->rest;
-    for (int j = 0; j < child->n_row; j++) {
+// What is left of a front: of the matrix, 0, or of a vector, 1.
+static double *rest_of(const nmm_factor *f, const nmm_front *front, const own_stacks *own,
+                       int kind) {
+    return (front->kept ? f->stack[kind].number : own->at[kind]) + front->rest[kind];
+}
+
+// First of the rows of a child at this place of its parent or behind it.
+static int first_at(const int *place, int n, int wanted) {
+    int low = 0;
+    while (low < n) {
+        const int middle = low + (n - low) / 2;
+        if (place[middle] < wanted) low = middle + 1;
+        if (place[middle] >= wanted) n = middle;
+    }
+    return low;
+}
+
+static void add_pair(double *to, const double *from) {
+    PAIR(to) += PAIR_OF(from);
+}
+
+// n is even.
+static void add_numbers(double *to, const double *from, int n) {
+    int i = 0;
+    for (; i + LANE <= n; i += LANE)
+        SLOT(to + i) += SLOT_OF(from + i);
+    if (i < n) add_pair(to + i, from + i);
+}
+
+// A front while columns first .. end - 1 of it are put together, in block columns.
+typedef struct assembly {
+    const nmm_factor *f;
+    const nmm_front *front;
+    double *panel, *rest;
+    int first, end;
+} assembly;
+
+// What is left of a child into the columns, run by run of rows that follow one another there too.
+static void add_child(const assembly *a, const nmm_front *child, const double *left) {
+    const nmm_front *front = a->front;
+    const int *place = a->f->place + child->row, *run = a->f->run + child->row, n = child->n_row;
+    for (int j = first_at(place, n, a->first); j < n && place[j] < a->end; j++) {
         const bool pivot = place[j] < front->n_pivot;
         const long stride = pivot ? front->stride : front->padded;
         const int above = pivot ? 0 : front->n_pivot;
-        double *to = (pivot ? panel : rest) + 2 * (place[j] - above) * stride;
-        const double *column = from + 2 * (long)j * child->padded;
-        for (int i = j; i < child->n_row; i++) {
-            const int at = 2 * (place[i] - above);
-            add_pair(to + at, column + 2 * i);
-            add_pair(to + stride + at, column + child->padded + 2 * i);
+        double *to = (pivot ? a->panel : a->rest) + 2 * (place[j] - above) * stride - 2 * above;
+        const double *column = left + 2 * (long)j * child->padded;
+        if (n < FEW_ROWS) {
+            for (int i = j; i < n; i++) {
+                add_pair(to + 2 * place[i], column + 2 * i);
+                add_pair(to + stride + 2 * place[i], column + child->padded + 2 * i);
+            }
+            continue;
+        }
+        for (int i = j; i < n; i += run[i]) {
+            add_numbers(to + 2 * place[i], column + 2 * i, 2 * run[i]);
+            add_numbers(to + stride + 2 * place[i], column + child->padded + 2 * i, 2 * run[i]);
         }
     }
 }
 
-static void assemble_front(const nmm_factor *f, const nmm_front *front, const double *value,
-                           double *panel, double *rest) {
-    const long n = 2 * front->n_pivot;
-    memset(panel, 0, (size_t)(n * front->stride - n % 4) * sizeof(double));
-    for (int k = front->entry; k < front->entry + front->n_entry; k++) {
-        const double *block = value + 4 * (long)f->entry[k].block;
-        double *to = panel + f->entry[k].at;
+// Columns of a front before anything is added. Tiles begin up to two numbers above the diagonal.
+static void clear_columns(const assembly *a) {
+    const nmm_front *front = a->front;
+    const long n = 2 * front->n_pivot, m = front->padded;
+    const int n_column = front->n_pivot + front->n_row;
+    if (n + m <= FEW_COLUMNS / 2 && a->first == 0 && a->end == n_column) {
+        memset(a->panel, 0, (size_t)(n * front->stride - n % 4) * sizeof(double));
+        memset(a->rest, 0, (size_t)(m * m) * sizeof(double));
+        return;
+    }
+    const long first = 2 * a->first, end = a->end == n_column ? n + m : 2 * a->end;
+    for (long j = first; j < end; j++) {
+        const bool pivot = j < n;
+        const long top = pivot ? (j < 2 ? 0 : j / 2 * 2 - 2) : (j - n) / 4 * 4;
+        double *column = pivot ? a->panel + j * front->stride : a->rest + (j - n) * m;
+        memset(column + top, 0, (size_t)((pivot ? n + m : m) - top) * sizeof *column);
+    }
+}
+
+// Blocks of K; those of a front come by columns.
+static void add_entries(const assembly *a, const double *value) {
+    const nmm_front *front = a->front;
+    const nmm_front_entry *entry = a->f->entry + front->entry;
+    const long stride = front->stride, first = 2 * a->first * stride, end = 2 * a->end * stride;
+    int k = 0;
+    if (a->first > 0)
+        for (int n = front->n_entry; k < n;) {
+            const int middle = k + (n - k) / 2;
+            if (entry[middle].at < first) k = middle + 1;
+            if (entry[middle].at >= first) n = middle;
+        }
+    for (; k < front->n_entry && entry[k].at < end; k++) {
+        const double *block = value + 4 * (long)entry[k].block;
+        double *to = a->panel + entry[k].at;
         memcpy(to, block, 2 * sizeof(double));
-        memcpy(to + front->stride, block + 2, 2 * sizeof(double));
-    }
-    memset(rest, 0, (size_t)front->padded * (size_t)front->padded * sizeof(double));
-    for (int c = front->child; c >= 0; c = f->front[c].sibling)
-        add_child(f, &f->front[c], front, panel, rest);
-}
-
-// The numbers of the factor for those of K; row of K whose pivot is not positive, -1: none.
-static int make_factor(nmm_factor *factor, const double *value) {
-    for (int i = 0; i < factor->n_front; i++) {
-        const nmm_front *front = &factor->front[i];
-        double *panel = factor->value + front->column, *rest = factor->stack + front->rest;
-        assemble_front(factor, front, value, panel, rest);
-        const int broken = factorise_pivots(front, panel);
-        if (broken >= 0) return factor->order[broken];
-        reduce_rest(front, panel, rest);
-    }
-    return -1;
-}
-
-// --- Solving
-
-// Pivots of a front: x = L^-1 x; below -= L x for the rows below.
-static void solve_forward(const nmm_front *front, const double *panel, double *x, double *below) {
-    const int n = 2 * front->n_pivot, m = front->padded;
-    const long stride = front->stride;
-    for (int j = 0; j < n; j += 2) {
-        const double *a = panel + j * stride, *b = a + stride;
-        const double u = x[j] * a[j], v = (x[j + 1] - a[j + 1] * u) * b[j + 1];
-        x[j] = u;
-        x[j + 1] = v;
-        for (int i = j + 2; i < n; i++)
-            x[i] = x[i] - a[i] * u - b[i] * v;
-        a += n;
-        b += n;
-        for (int i = 0; i < m; i += LANE)
-            SLOT(below + i) = SLOT(below + i) - SLOT_OF(a + i) * u - SLOT_OF(b + i) * v;
+        memcpy(to + stride, block + 2, 2 * sizeof(double));
     }
 }
 
-// Sum of n products, n a multiple of 4, in four running sums.
-static inline double dot_below(const double *a, const double *below, int n) {
-    lane_slot sum[4 / LANE] = {{0}};
-    for (int i = 0; i < n; i += 4)
-        for (int k = 0; k < 4 / LANE; k++)
-            sum[k] += SLOT_OF(a + i + LANE * k) * SLOT_OF(below + i + LANE * k);
-    double all[4];
-    memcpy(all, sum, sizeof all);
-    return (all[0] + all[1]) + (all[2] + all[3]);
+static void assemble_columns(const assembly *a, const double *value, const own_stacks *own) {
+    const nmm_factor *f = a->f;
+    clear_columns(a);
+    if (a->first < a->front->n_pivot) add_entries(a, value);
+    for (int c = a->front->child; c >= 0; c = f->front[c].sibling)
+        add_child(a, &f->front[c], rest_of(f, &f->front[c], own, 0));
 }
 
-// x = L^-T (x - L^T below), from the last pivots to the first.
-static void solve_backward(const nmm_front *front, const double *panel, double *x,
-                           const double *below) {
-    const int n = 2 * front->n_pivot, m = front->padded;
-    const long stride = front->stride;
-    for (int j = n - 2; j >= 0; j -= 2) {
-        const double *a = panel + j * stride, *b = a + stride;
-        double u = x[j] - dot_below(a + n, below, m), v = x[j + 1] - dot_below(b + n, below, m);
-        for (int i = j + 2; i < n; i++) {
-            u -= a[i] * x[i];
-            v -= b[i] * x[i];
+// --- Fronts
+
+// One front; false where a pivot is not positive.
+static bool make_front(const nmm_factor *f, const nmm_front *front, const double *value,
+                       const own_stacks *own, nmm_hand *h) {
+    const int n_column = front->n_pivot + front->n_row, width = h->n > 1 ? STRIP : n_column;
+    const int n_strip = (n_column + width - 1) / width;
+    assembly a = {f, front, f->value + front->column, rest_of(f, front, own, 0), 0, 0};
+    for (int k = nmm_hand_take(h); k < n_strip; k = nmm_hand_take(h)) {
+        a.first = k * width;
+        a.end = nmm_min_int(a.first + width, n_column);
+        assemble_columns(&a, value, own);
+    }
+    nmm_hand_join(h, n_strip);
+    if (!factorise_pivots(f->team, front, a.panel, h)) return false;
+    reduce_rest(front, a.panel, a.rest, h);
+    return true;
+}
+
+// Fronts for one thread.
+static void make_part(const nmm_factor *f, const nmm_factor_part *part, const double *value,
+                      const own_stacks *own) {
+    nmm_hand alone = {.n = 1};
+    for (int i = part->first; i < part->end; i++)
+        if (!make_front(f, &f->front[i], value, own, &alone)) return;
+}
+
+// A front above the parts: by all threads, or by the first that comes. Rests are kept.
+static void make_top(const nmm_factor *f, const nmm_front *front, const double *value,
+                     nmm_hand *h) {
+    if (nmm_front_work(front->n_pivot, front->n_row) >= NMM_SMALL_FRONT) {
+        make_front(f, front, value, NULL, h);
+        return;
+    }
+    nmm_hand alone = {.n = 1};
+    for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h))
+        make_front(f, front, value, NULL, &alone);
+    nmm_hand_join(h, 1);
+}
+
+// A thread's part of all that.
+static void make_share(const nmm_factor *f, const double *value, nmm_hand *h, int thread) {
+    const own_stacks own = stacks_of(f, thread);
+    for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
+        make_part(f, &f->part[k], value, &own);
+    nmm_hand_join(h, f->n_part);
+    for (int k = 0; k < f->n_top && !is_broken(f->team, &f->front[f->top[k]]); k++)
+        make_top(f, &f->front[f->top[k]], value, h);
+}
+
+static int make_factor(nmm_factor *f, const double *value) {
+    nmm_team *team = f->team;
+    const int n_thread = f->n_thread;
+    atomic_store(&team->ticket, 0);
+    atomic_store(&team->least, INT_MAX);
+    if (n_thread == 1) {
+        nmm_hand alone = {.team = team, .n = 1};
+        make_share(f, value, &alone, 0);
+    } else {
+#pragma omp parallel num_threads(n_thread)
+        {
+            nmm_hand h = {.team = team, .n = omp_get_num_threads()};
+            make_share(f, value, &h, omp_get_thread_num());
         }
-        x[j + 1] = v * b[j + 1];
-        x[j] = (u - a[j + 1] * x[j + 1]) * a[j];
     }
-}
-
-// z = K^-1 r by the factor; both [n_row][2] in the order of K.
-static void apply_factor(const nmm_factor *f, const double *r, double *z) {
-    double *x = f->x, *below = f->below;
-    for (int k = 0; k < f->n_row; k++)
-        memcpy(x + 2 * (long)k, r + 2 * (long)f->order[k], 2 * sizeof(double));
-    for (int i = 0; i < f->n_front; i++) {
-        const nmm_front *front = &f->front[i];
-        const int *row = f->row + front->row;
-        memset(below, 0, (size_t)front->padded * sizeof(double));
-        solve_forward(front, f->value + front->column, x + 2 * (long)front->first, below);
-        for (int k = 0; k < front->n_row; k++)
-            add_pair(x + 2 * (long)row[k], below + 2 * k);
-    }
-    for (int i = f->n_front - 1; i >= 0; i--) {
-        const nmm_front *front = &f->front[i];
-        const int *row = f->row + front->row;
-        for (int k = 0; k < front->n_row; k++)
-            memcpy(below + 2 * k, x + 2 * (long)row[k], 2 * sizeof(double));
-        if (front->padded > 2 * front->n_row) memset(below + 2 * front->n_row, 0, 16);
-        solve_backward(front, f->value + front->column, x + 2 * (long)front->first, below);
-    }
-    for (int k = 0; k < f->n_row; k++)
-        memcpy(z + 2 * (long)f->order[k], x + 2 * (long)k, 2 * sizeof(double));
-}
-
-// y = K x.
-static void multiply_all(const nmm_solver *s, const double *x, double *y) {
-    for (int row = 0; row < s->n; row++)
-        multiply_row_wide(s->row_start, s->col, s->wide.value, x, row, y + 2 * (long)row);
+    const int least = atomic_load(&team->least);
+    return least == INT_MAX ? -1 : f->order[least];
 }

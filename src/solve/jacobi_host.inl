@@ -6,7 +6,7 @@
 // `omp for`, whose barrier separates kernels. Nothing is sent or fetched. Not `omp target` without
 // a device: each such region builds and destroys its threads anew.
 
-#include "solver.h"
+#include "gauss.h"
 #include "sweeps.h"
 
 #include <math.h>
@@ -19,12 +19,15 @@
 #define SINGLE _Pragma("omp master")
 #define JOIN nmm_barrier_wait(s->barrier)
 #define BATCH _Pragma("omp parallel num_threads(s->n_thread)")
+#define SHARED_ROWS                                                                                \
+    _Pragma("omp parallel for schedule(static) num_threads(s->n_thread) if (s->n > 4000)")
 #else
 #define PARALLEL_FOR
 #define PARALLEL_FOR_LATE
 #define SINGLE
 #define JOIN
 #define BATCH
+#define SHARED_ROWS
 #endif
 #define SEND(p, n) ((void)(n))
 #define FETCH(p, n) ((void)(n))
@@ -45,11 +48,20 @@ typedef wide_lanes lanes_wide;
 
 #include "clusters_invert.inl"
 #include "coarse_make.inl"
-#include "factor_make.inl"
+#include "gauss.inl"
+
+// y = K x.
+static void multiply_all(const nmm_solver *s, const double *x, double *y) {
+    SHARED_ROWS
+    for (int row = 0; row < s->n; row++)
+        multiply_row_wide(s->row_start, s->col, s->wide.value, x, row, y + 2 * (long)row);
+}
 
 const nmm_variant VARIANT = {.run = run_method,
                              .invert = invert_clusters,
                              .make_coarse = make_coarse,
-                             .make_factor = make_factor,
-                             .apply_factor = apply_factor,
-                             .multiply = multiply_all};
+                             .multiply = multiply_all,
+                             .gauss_backward = gauss_backward,
+                             .gauss_forward = gauss_forward,
+                             .couple = couple,
+                             .orthogonalise = orthogonalise};

@@ -26,6 +26,9 @@ typedef struct graph {
     int mark;             // larger than all stamps before
     int least;            // no smaller degree has variables
     int n_done;           // rows eliminated
+    int *stage;           // [n] of a variable, or of the first of those that became part of it
+    int now;              // stage at hand: only its variables are in the lists by degree
+    int n_linked;         // variables in those
 } graph;
 
 void nmm_order_release(nmm_context *context, nmm_order_room *room) {
@@ -36,9 +39,9 @@ void nmm_order_release(nmm_context *context, nmm_order_room *room) {
 
 // The arrays of a graph of n rows, in room for all of them.
 static nmm_status place_graph(nmm_context *context, graph *g, nmm_order_room *room, int n) {
-    int **const array[] = {&g->start,  &g->n_element, &g->n_entry, &g->weight,
-                           &g->degree, &g->heir,      &g->stamp,   &g->head,
-                           &g->next,   &g->previous,  &g->bucket,  &g->turn};
+    int **const array[] = {&g->start,  &g->n_element, &g->n_entry, &g->weight, &g->degree,
+                           &g->heir,   &g->stamp,     &g->head,    &g->next,   &g->previous,
+                           &g->bucket, &g->turn,      &g->stage};
     const int n_array = sizeof array / sizeof *array;
     TRY(nmm_grow(context, &room->row, &room->row_capacity, n_array * n, sizeof(int)));
     for (int k = 0; k < n_array; k++)
@@ -50,7 +53,9 @@ static nmm_status place_graph(nmm_context *context, graph *g, nmm_order_room *ro
 // --- Lists by degree
 
 static void link_variable(graph *g, int i) {
+    if (g->stage[i] > g->now) return;
     const int degree = g->degree[i], other = g->head[degree];
+    g->n_linked++;
     g->next[i] = other;
     g->previous[i] = -1;
     if (other >= 0) g->previous[other] = i;
@@ -59,7 +64,9 @@ static void link_variable(graph *g, int i) {
 }
 
 static void unlink_variable(graph *g, int i) {
+    if (g->stage[i] > g->now) return;
     const int after = g->next[i], before = g->previous[i];
+    g->n_linked--;
     if (after >= 0) g->previous[after] = before;
     if (before >= 0) g->next[before] = after;
     if (before < 0) g->head[g->degree[i]] = after;
@@ -77,8 +84,19 @@ static void fill_graph(graph *g, const int *row_start, const int *col) {
             if (col[k] != i) g->list[g->end++] = col[k];
         g->n_entry[i] = g->degree[i] = g->end - g->start[i];
     }
-    for (int i = g->n - 1; i >= 0; i--)
-        link_variable(g, i);
+}
+
+static void begin_stage(graph *g, const nmm_stages *stages) {
+    g->least = g->n;
+    if (stages == NULL) {
+        for (int i = g->n - 1; i >= 0; i--)
+            link_variable(g, i);
+        return;
+    }
+    for (int k = stages->start[g->now + 1] - 1; k >= stages->start[g->now]; k--) {
+        const int i = stages->row[k];
+        if (g->weight[i] > 0 && g->stage[i] == g->now) link_variable(g, i);
+    }
 }
 
 // --- One elimination
@@ -235,6 +253,7 @@ static void join_alike(graph *g, int i) {
         g->weight[i] += g->weight[j];
         g->weight[j] = 0;
         g->heir[j] = i;
+        if (g->stage[j] <= g->now) g->stage[i] = g->now;
         g->next[before] = g->next[j];
     }
 }
@@ -290,8 +309,15 @@ static void list_rows(graph *g, int n_pivot, int *order) {
     }
 }
 
-static nmm_status eliminate(nmm_context *context, graph *g, nmm_order *order) {
+static nmm_status eliminate(nmm_context *context, graph *g, const nmm_stages *stages,
+                            nmm_order *order) {
+    g->now = -1;
     while (g->n_done < g->n) {
+        if (g->n_linked == 0) {
+            g->now++;
+            begin_stage(g, stages);
+            continue;
+        }
         const int pivot = take_pivot(g), step = order->n_step++;
         g->turn[pivot] = step;
         g->parent[step] = -1;
@@ -308,7 +334,8 @@ static nmm_status eliminate(nmm_context *context, graph *g, nmm_order *order) {
 }
 
 nmm_status nmm_order_find(nmm_context *context, nmm_order_room *room, int n_row,
-                          const int *row_start, const int *col, nmm_order *order) {
+                          const int *row_start, const int *col, const nmm_stages *stages,
+                          nmm_order *order) {
     order->n_step = 0;
     if (n_row == 0) return NMM_OK;
     graph g = {.parent = order->parent};
@@ -317,7 +344,12 @@ nmm_status nmm_order_find(nmm_context *context, nmm_order_room *room, int n_row,
     g.list = room->list;
     g.capacity = room->list_capacity;
     fill_graph(&g, row_start, col);
-    const nmm_status status = eliminate(context, &g, order);
+    for (int i = 0; i < n_row; i++)
+        g.stage[i] = 0;
+    for (int k = 0; stages != NULL && k < stages->n; k++)
+        for (int m = stages->start[k]; m < stages->start[k + 1]; m++)
+            g.stage[stages->row[m]] = k;
+    const nmm_status status = eliminate(context, &g, stages, order);
     // It may have grown.
     room->list = g.list;
     room->list_capacity = g.capacity;

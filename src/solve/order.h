@@ -5,7 +5,7 @@
 #ifndef NMM_ORDER_H
 #define NMM_ORDER_H
 
-#include "base.h"
+#include "dissect.h"
 
 /// Rows are eliminated in steps, some rows that have the same columns at a time.
 typedef struct nmm_order {
@@ -27,6 +27,7 @@ void nmm_order_release(nmm_context *context, nmm_order_room *room);
 /// By approximate minimum degree, into arrays of the caller. The pattern is as in nmm_bsr: both
 /// halves, diagonal present. The same pattern gives the same order. NMM_ERROR_MEMORY.
 nmm_status nmm_order_find(nmm_context *context, nmm_order_room *room, int n_row,
-                          const int *row_start, const int *col, nmm_order *order);
+                          const int *row_start, const int *col, const nmm_stages *stages,
+                          nmm_order *order);
 
 #endif

@@ -109,7 +109,8 @@ void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm
         const double *load = system->load + 2 * (long)c;
         const double mass = system->cover_mass[c], inertia = 2 * mass / h;
         // Where the motion and the loads lead in the step, where that can be meant.
-        const double fall = 0.5 * h * h / mass;
+        // The integral of a function of order 2 may vanish.
+        const double fall = mass > 0 ? 0.5 * h * h / mass : 0;
         const double mx = nmm_min(h * fabs(v[0]) + fall * fabs(load[0]), reach);
         const double my = nmm_min(h * fabs(v[1]) + fall * fabs(load[1]), reach);
         const double x = block[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);
@@ -238,9 +239,23 @@ static void weigh(const nmm_balance *balance, nmm_system *system, const nmm_mode
     }
 }
 
+// Its terms are made anew for each system: there is no way back.
+static void weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
+                           const nmm_model *model) {
+    const long n = (long)coupling->n * coupling->n_row;
+    for (long i = 0; balance->weighted && i < n; i++) {
+        const double factor = ldexp(1, balance->exponent[model->cover_block[coupling->row[i]]]);
+        for (int x = 0; x < 2; x++) {
+            coupling->push[2 * i + x] *= factor;
+            coupling->pull[2 * i + x] *= factor;
+        }
+    }
+}
+
 void nmm_balance_put_weights(const nmm_balance *balance, nmm_system *system,
                              const nmm_model *model) {
     weigh(balance, system, model, 1);
+    weigh_coupling(balance, &system->coupling, model);
 }
 
 void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,

@@ -24,43 +24,109 @@ static element_sums add_sums(element_sums a, element_sums b) {
                           a.inertia + b.inertia, a.damping + b.damping};
 }
 
-// sum_ij m_ij a_i . b_j
-static double mass_product(const double m[6], const double a[6], const double b[6]) {
+// sum_ij mass_ij a_i . b_j over n functions
+static inline double mass_product(int n, const double *mass, const double *a, const double *b) {
     double sum = 0;
-    for (int k = 0; k < 9; k++) {
-        const double *x = a + 2 * (k / 3), *y = b + 2 * (k % 3);
-        sum += m[nmm_mass_index(k / 3, k % 3)] * (x[0] * y[0] + x[1] * y[1]);
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            const double product = a[2 * i] * b[2 * j] + a[2 * i + 1] * b[2 * j + 1];
+            sum += mass[nmm_pair_index(n, i, j)] * product;
+        }
     }
     return sum;
 }
 
-// h = 0: only the stored energies.
-static element_sums sum_element(const nmm_sim *sim, int e, double h) {
+// Motion of the functions of an element.
+typedef struct element_motion {
+    double d[2 * NMM_MOST_LOCAL], v[2 * NMM_MOST_LOCAL];      // [m], [m/s] at the end of the step
+    double way[2 * NMM_MOST_LOCAL];                           // [m] in the step
+    double end[2 * NMM_MOST_LOCAL], rate[2 * NMM_MOST_LOCAL]; // [m/s], [m/s2] of the scheme
+} element_motion;
+
+static inline void take_motion(const nmm_sim *sim, int e, double h, int n, element_motion *m) {
+    const int *cover = sim->model.element_cover + n * (long)e;
+    for (int i = 0; i < n; i++) {
+        for (int x = 0; x < 2; x++) {
+            const int k = 2 * cover[i] + x;
+            const double v0 = sim->start_velocity[k], way = sim->moved[k];
+            const double end = h > 0 ? 2 * way / h - v0 : 0;
+            m->d[2 * i + x] = sim->state.displacement[k];
+            m->v[2 * i + x] = sim->state.velocity[k];
+            m->way[2 * i + x] = way;
+            m->end[2 * i + x] = end;
+            m->rate[2 * i + x] = h > 0 ? (end - v0) / h : 0;
+        }
+    }
+}
+
+// The inner forces and the energy of an element of constant strain.
+static void add_linear(const nmm_sim *sim, int e, const element_motion *motion,
+                       element_sums *sums) {
     const nmm_model *model = &sim->model;
     const double *gradient = model->element_gradient + 6 * (long)e;
-    const double *m = sim->system.element_mass + 6 * (long)e;
-    double d[6], v[6], way[6], end[6], rate[6];
-    for (int i = 0; i < 6; i++) {
-        const int k = 2 * model->element_cover[3 * e + i / 2] + i % 2;
-        d[i] = sim->state.displacement[k];
-        v[i] = sim->state.velocity[k];
-        way[i] = sim->moved[k];
-        end[i] = h > 0 ? 2 * way[i] / h - sim->start_velocity[k] : 0;
-        rate[i] = h > 0 ? (end[i] - sim->start_velocity[k]) / h : 0;
-    }
-    const nmm_strain strain = nmm_strain_of(d, gradient);
+    const nmm_strain strain = nmm_strain_of(motion->d, gradient);
     const nmm_elastic elastic = nmm_elastic_of(&model->material[model->element_material[e]]);
     const double stored =
         nmm_strain_energy_of(elastic, &strain, sim->state.initial_stress + 3 * (long)e);
-    const nmm_tensor H = nmm_displacement_gradient(way, gradient);
+    const nmm_tensor H = nmm_displacement_gradient(motion->way, gradient);
     const double *P = sim->system.piola + 4 * (long)e;
-    return (element_sums){
-        .kinetic = 0.5 * mass_product(m, v, v),
-        .strain = model->element_area[e] * stored,
-        .inner = model->element_area[e] * (P[0] * H.xx + P[1] * H.xy + P[2] * H.yx + P[3] * H.yy),
-        .inertia = mass_product(m, way, rate),
-        .damping = sim->system.damping * mass_product(m, way, end),
+    sums->strain = model->element_area[e] * stored;
+    sums->inner = model->element_area[e] * (P[0] * H.xx + P[1] * H.xy + P[2] * H.yx + P[3] * H.yy);
+}
+
+static void add_curved(const nmm_sim *sim, int e, const element_motion *motion,
+                       element_sums *sums) {
+    const nmm_model *model = &sim->model;
+    const nmm_elastic elastic = nmm_elastic_of(&model->material[model->element_material[e]]);
+    const double *force = sim->system.element_force + 2 * model->n_local * (long)e;
+    sums->strain = nmm_curved_energy(model, &sim->state, elastic, e);
+    for (int i = 0; i < model->n_local; i++) {
+        for (int x = 0; x < 2; x++)
+            sums->inner += force[2 * i + x] * motion->way[2 * i + x];
+    }
+}
+
+// Sums of an element with n functions; h = 0: only the stored energies.
+static inline element_sums sum_functions(const nmm_sim *sim, int e, double h, int n) {
+    const double *mass = sim->system.element_mass + (long)e * (n * (n + 1) / 2);
+    element_motion motion;
+    take_motion(sim, e, h, n, &motion);
+    element_sums sums = {
+        .kinetic = 0.5 * mass_product(n, mass, motion.v, motion.v),
+        .inertia = mass_product(n, mass, motion.way, motion.rate),
+        .damping = sim->system.damping * mass_product(n, mass, motion.way, motion.end),
     };
+    if (n == 3)
+        add_linear(sim, e, &motion, &sums);
+    else
+        add_curved(sim, e, &motion, &sums);
+    return sums;
+}
+
+static element_sums sum_element(const nmm_sim *sim, int e, double h) {
+    return sim->model.order == 0 ? sum_functions(sim, e, h, 3)
+                                 : sum_functions(sim, e, h, sim->model.n_local);
+}
+
+// Ties of slivers have an energy and a mass too.
+static void add_ties(const nmm_sim *sim, double h, element_sums *sums) {
+    const nmm_system *system = &sim->system;
+    const nmm_state *state = &sim->state;
+    const int n = sim->model.n_cover;
+    const double *K = system->tie_stiffness, *M = system->tie_mass;
+    const double *v1 = state->velocity, *v0 = sim->start_velocity, *way = sim->moved;
+    if (sim->model.n_tie == 0) return;
+    const double *d = state->displacement;
+    sums->kinetic += 0.5 * nmm_ties_product(system, n, M, v1, v1);
+    sums->strain += 0.5 * nmm_ties_product(system, n, K, d, d);
+    if (!(h > 0)) return;
+    for (int i = 0; i < 2 * n; i++)
+        sums->inner += system->tie_force[i] * way[i];
+    // Velocities of the scheme: 2 way / h - v0 at the end, whose change takes the time h.
+    const double of_way = nmm_ties_product(system, n, M, way, way);
+    const double of_start = nmm_ties_product(system, n, M, way, v0);
+    sums->inertia += 2 / (h * h) * of_way - 2 / h * of_start;
+    sums->damping += system->damping * (2 / h * of_way - of_start);
 }
 
 static element_sums sum_elements(const nmm_sim *sim, double h) {
@@ -80,6 +146,7 @@ static element_sums sum_elements(const nmm_sim *sim, double h) {
         for (int k = 0; k < n_part; k++)
             total = add_sums(total, part[k]);
     }
+    add_ties(sim, h, &total);
     return total;
 }
 
@@ -127,8 +194,8 @@ static double support_work(const nmm_sim *sim, double h, double *put_in) {
         if (!support->fix_x) reaction.x = 0;
         if (!support->fix_y) reaction.y = 0;
         nmm_vec2 way = {0, 0};
-        for (int i = 0; i < 3; i++) {
-            const int c = model->element_cover[3 * support->element + i];
+        for (int i = 0; i < model->n_local; i++) {
+            const int c = model->element_cover[model->n_local * support->element + i];
             way.x += support->weight[i] * sim->moved[2 * c];
             way.y += support->weight[i] * sim->moved[2 * c + 1];
         }

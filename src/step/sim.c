@@ -277,15 +277,21 @@ nmm_status nmm_sim_monitor(const nmm_sim *sim, int k, nmm_reading *reading) {
         .has_velocity = monitor->velocity,
         .has_stress = monitor->stress,
     };
-    for (int i = 0; i < 6; i++) {
-        const int c = sim->model.element_cover[3 * monitor->element + i / 2];
+    const int m = sim->model.n_local;
+    for (int i = 0; i < 2 * m; i++) {
+        const int c = sim->model.element_cover[m * monitor->element + i / 2];
         const double w = monitor->weight[i / 2];
         if (monitor->displacement)
             reading->displacement[i % 2] += w * state->displacement[2 * c + i % 2];
         if (monitor->velocity) reading->velocity[i % 2] += w * state->velocity[2 * c + i % 2];
     }
-    for (int i = 0; i < 3 && monitor->stress; i++) {
+    const bool exact = sim->model.order > 0; // else it is the same all over the element
+    for (int i = 0; i < 3 && monitor->stress; i++)
         reading->stress[i] = state->stress[3 * monitor->element + i];
+    if (monitor->stress && exact) {
+        const int material = sim->model.element_material[monitor->element];
+        nmm_curved_stress_at(&sim->model, state, sim->system.elastic[material], monitor,
+                             reading->stress);
     }
     return NMM_OK;
 }

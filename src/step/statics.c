@@ -40,7 +40,7 @@ static int furthest_block(const nmm_sim *sim, nmm_vec2 *way) {
     for (int e = 0; e < model->n_element; e++) {
         nmm_vec2 d = {0, 0};
         for (int i = 0; i < 3; i++) {
-            const int c = model->element_cover[3 * e + i];
+            const int c = model->element_cover[model->n_local * e + i];
             const double w = model->element_weight[3 * e + i];
             d.x += w * sim->state.displacement[2 * c];
             d.y += w * sim->state.displacement[2 * c + 1];

@@ -61,13 +61,25 @@ static double largest_velocity(const nmm_sim *sim) {
     double largest = 0;
     for (int p = 0; p < model->n_point; p++) {
         double v[2] = {0, 0};
-        for (int i = 0; i < 6; i++) {
-            const int c = model->element_cover[3 * model->point_element[p] + i / 2];
-            v[i % 2] += model->point_weight[3 * p + i / 2] * sim->state.velocity[2 * c + i % 2];
+        const int m = model->n_local, *cover = model->element_cover + m * model->point_element[p];
+        for (int i = 0; i < 2 * m; i++) {
+            const int c = cover[i / 2];
+            v[i % 2] += model->point_weight[m * p + i / 2] * sim->state.velocity[2 * c + i % 2];
         }
         largest = nmm_max(largest, v[0] * v[0] + v[1] * v[1]);
     }
     return sqrt(largest);
+}
+
+// det F of element e at the end of the try, the smallest in it.
+static double least_volume(const nmm_sim *sim, int e) {
+    const nmm_model *model = &sim->model;
+    if (model->order > 0) return nmm_curved_least_volume(model, &sim->state, e);
+    double d[6];
+    for (int i = 0; i < 6; i++)
+        d[i] = sim->state.displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
+    const nmm_tensor H = nmm_displacement_gradient(d, model->element_gradient + 6 * (long)e);
+    return (1 + H.xx) * (1 + H.yy) - H.xy * H.yx;
 }
 
 // First element whose deformation gradient F has det F <= 0 at the end of the try, -1: none.
@@ -79,13 +91,7 @@ static int inside_out_element(const nmm_sim *sim) {
     reduction(min                                                                                  \
               : first) if (n_thread > 1 && n > 4096)
     for (int e = 0; e < n; e++) {
-        double d[6];
-        for (int i = 0; i < 6; i++) {
-            d[i] = sim->state.displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
-        }
-        const nmm_tensor H = nmm_displacement_gradient(d, model->element_gradient + 6 * (long)e);
-        const double det = (1 + H.xx) * (1 + H.yy) - H.xy * H.yx;
-        if (!(det > 0) && e < first) first = e;
+        if (!(least_volume(sim, e) > 0) && e < first) first = e;
     }
     return first < INT32_MAX ? first : -1;
 }
@@ -141,33 +147,39 @@ static nmm_status find_contacts(nmm_sim *sim, double h) {
 static void update_velocity(nmm_sim *sim, double h) {
     const unsigned char *fixed = sim->system.fixed;
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
-        const double mean = sim->moved[i] / h;
+        const double mean = sim->state.mean_velocity[i] = sim->moved[i] / h;
         const bool held = fixed != NULL && (fixed[i / 2] >> i % 2 & 1);
         sim->state.velocity[i] = held ? mean : 2 * mean - sim->start_velocity[i];
     }
 }
 
-static void update_stress(nmm_sim *sim) {
+static void update_element(nmm_sim *sim, int e) {
     const nmm_model *model = &sim->model;
-    const int n = model->n_element, n_thread = sim->context.n_thread;
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
-    for (int e = 0; e < n; e++) {
-        double d[6];
-        for (int i = 0; i < 6; i++) {
-            d[i] = sim->state.displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
-        }
-        const nmm_strain strain = nmm_strain_of(d, model->element_gradient + 6 * (long)e);
-        const double *in_step = sim->system.piola + 4 * (long)e;
-        nmm_tensor P = {in_step[0], in_step[1], in_step[2], in_step[3]};
-        // That was a mean over the step: here counts its end.
-        if (sim->system.start_stress != NULL) {
-            P = nmm_piola_of(sim->system.elastic[model->element_material[e]], &strain,
-                             sim->state.initial_stress + 3 * (long)e);
-        }
-        nmm_cauchy_of(&strain, P, sim->state.stress + 3 * (long)e);
-        sim->state.rotation[2 * e] = strain.c;
-        sim->state.rotation[2 * e + 1] = strain.s;
+    const nmm_elastic elastic = sim->system.elastic[model->element_material[e]];
+    double *stress = sim->state.stress + 3 * (long)e, *rotation = sim->state.rotation + 2 * (long)e;
+    if (model->order > 0) {
+        nmm_curved_mean(model, &sim->state, elastic, e, stress, rotation);
+        return;
     }
+    double d[6];
+    for (int i = 0; i < 6; i++)
+        d[i] = sim->state.displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
+    const nmm_strain strain = nmm_strain_of(d, model->element_gradient + 6 * (long)e);
+    const double *in_step = sim->system.piola + 4 * (long)e;
+    nmm_tensor P = {in_step[0], in_step[1], in_step[2], in_step[3]};
+    // That was a mean over the step: here counts its end.
+    if (sim->system.start_stress != NULL)
+        P = nmm_piola_of(elastic, &strain, sim->state.initial_stress + 3 * (long)e);
+    nmm_cauchy_of(&strain, P, stress);
+    rotation[0] = strain.c;
+    rotation[1] = strain.s;
+}
+
+static void update_stress(nmm_sim *sim) {
+    const int n = sim->model.n_element, n_thread = sim->context.n_thread;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
+    for (int e = 0; e < n; e++)
+        update_element(sim, e);
 }
 
 // Largest distance of a held point from its prescribed place.

@@ -25,6 +25,19 @@
 #define NMM_SPRING_SHARE 1e-4
 #define NMM_SPRING_SHARE_LEFT 1e-2
 
+/// Residual of a linear solve over that before, where it knows of friction: passes in which
+/// contacts change mode gain no more, and when none did the pass gains nearly all that the solve
+/// does.
+#define NMM_COUPLED_TOLERANCE 1e-2
+#define NMM_QUIET_TOLERANCE 1e-4
+
+/// Unbalanced forces over those before that a pass which knows of friction may leave, not to be in
+/// vain.
+#define NMM_GAINED 0.8
+
+/// Part of the unbalanced forces allowed that a first pass may leave where the motion goes on.
+#define NMM_FIRST_PASS 0.1
+
 /// Limits of one step.
 enum {
     NMM_MAX_PASS = 40,  // open-close passes of one try
@@ -57,6 +70,8 @@ typedef struct nmm_dump {
 /// What features cost, whether the scene has them or not.
 typedef struct nmm_costs {
     bool known;                    // weighed, which nmm_sim_check does
+    double curved_bytes;           // samples, stiffness and products of functions; order 0: 0
+    double tie_bytes;              // of ties of slivers; none: 0
     double contact_bytes;          // search and mixing of passes, without forces and springs
     double contact_seconds;        // of one search
     double mean_bytes, hold_bytes; // start of a step; held covers

@@ -13,9 +13,9 @@
 #include <omp.h>
 #include <string.h>
 
-/// Runs shorter than SHORT [s] are repeated.
+/// Runs are repeated until they have taken so long in all [s], or so often.
 enum { MOST_REPEATS = 5 };
-#define SHORT 0.1
+#define ENOUGH 0.4
 
 /// Longest run [s] where nothing is said; time between two looks at the caller's wish to stop [s].
 #define LONGEST 600
@@ -123,10 +123,12 @@ static void run_once(nmm_bench *bench, const nmm_trade_setting *setting, const c
 static void run_repeatedly(nmm_bench *bench, const nmm_trade_setting *setting, const char *words,
                            outcome *out) {
     run_once(bench, setting, words, out);
-    for (int k = 1; k < MOST_REPEATS; k++) {
-        if (out->status != NMM_OK || out->seconds > SHORT || bench->stopped) return;
+    double taken = out->seconds;
+    for (int k = 1; k < MOST_REPEATS && taken < ENOUGH; k++) {
+        if (out->status != NMM_OK || bench->stopped) return;
         outcome again;
         run_once(bench, setting, words, &again);
+        taken += again.seconds;
         const double least = nmm_min(out->seconds, again.seconds);
         *out = again;
         out->seconds = least;
@@ -181,6 +183,7 @@ static nmm_status put_row(nmm_bench *bench, const nmm_trade_setting *setting, co
     TRY(put_end(bench, out));
     if (out->status == NMM_OK) {
         row->completed = out->summary.end == NMM_END_COMPLETED && !out->too_long;
+        bench->trade->too_long = bench->trade->too_long || out->too_long;
         row->seconds = out->seconds;
         memcpy(row->value, out->value, sizeof row->value);
         nmm_bench_set(bench, NMM_TRADE_COLUMN_UNKNOWNS, out->summary.unknowns);
@@ -235,18 +238,69 @@ static nmm_status run_all(nmm_bench *bench) {
     return NMM_OK;
 }
 
+/// What a look at the scene with other settings tells.
+typedef struct look {
+    bool allowed;
+    int unknowns;
+    double dt_max;
+} look;
+
+// Whether the scene can be opened so, without a step. Only a lack of memory is an error.
+static nmm_status look_at(nmm_bench *bench, look *out, int n, const char *const *override) {
+    nmm_trade_setting setting = {.n_override = n};
+    nmm_sim *sim = NULL;
+    for (int k = 0; k < n; k++)
+        setting.override[k] = override[k];
+    *out = (look){0};
+    nmm_status status = nmm_trade_open(bench, &sim, &setting);
+    if (status == NMM_OK) {
+        *out = (look){true, 2 * sim->model.n_cover, sim->settings.dt_max};
+    } else if (status == NMM_ERROR_MEMORY) {
+        bench->context.error = error_of(bench, sim);
+    }
+    nmm_bench_close(&sim);
+    return status == NMM_ERROR_MEMORY ? status : NMM_OK;
+}
+
 // Does the scene give dt_max itself, so that it has to be changed with dt?
 static nmm_status look_at_time(nmm_bench *bench) {
     nmm_trade *trade = bench->trade;
+    const char *half = NULL;
+    look seen;
     if (trade->scene.is_static) return NMM_OK;
-    nmm_trade_setting half = {.n_override = 1};
-    nmm_sim *sim = NULL;
-    TRY(nmm_bench_words(bench, &half.override[0], "time.dt=%.17g", 0.5 * trade->scene.dt));
-    nmm_status status = nmm_trade_open(bench, &sim, &half);
-    if (status == NMM_OK) trade->keeps_dt_max = sim->settings.dt_max > 0.75 * trade->scene.dt;
-    if (status == NMM_ERROR_MEMORY) bench->context.error = error_of(bench, sim);
-    nmm_bench_close(&sim);
-    return status == NMM_ERROR_MEMORY ? status : NMM_OK;
+    TRY(nmm_bench_words(bench, &half, "time.dt=%.17g", 0.5 * trade->scene.dt));
+    TRY(look_at(bench, &seen, 1, &half));
+    trade->keeps_dt_max = seen.allowed && seen.dt_max > 0.75 * trade->scene.dt;
+    return NMM_OK;
+}
+
+// Which orders are there, and are others than the scene's own? Those have other unknowns.
+static nmm_status look_at_orders(nmm_bench *bench) {
+    static const char *const order[NMM_TRADE_ORDERS] = {"covers.order=0", "covers.order=1",
+                                                        "covers.order=2"};
+    nmm_trade *trade = bench->trade;
+    if (trade->scene.mesh != NMM_MESH_LATTICE) return NMM_OK;
+    for (int k = 0; k < NMM_TRADE_ORDERS; k++) {
+        look seen;
+        TRY(look_at(bench, &seen, 1, &order[k]));
+        trade->allows_order[k] = seen.allowed && seen.unknowns != trade->unknowns;
+    }
+    return NMM_OK;
+}
+
+// What has to go on auto, so that the other mesh is allowed.
+static nmm_status look_at_mesh(nmm_bench *bench) {
+    nmm_trade *trade = bench->trade;
+    const bool lattice = trade->scene.mesh == NMM_MESH_LATTICE;
+    const char *const override[3] = {lattice ? "covers.mesh=block" : "covers.mesh=lattice",
+                                     "covers.size=auto", "covers.order=auto"};
+    look seen = {0};
+    int n = 0;
+    while (n < 3 && !seen.allowed)
+        TRY(look_at(bench, &seen, ++n, override));
+    trade->mesh_resets_size = n > 1;
+    trade->mesh_resets_order = n > 2;
+    return NMM_OK;
 }
 
 // The scene as it stands: what it needs, which quantity it has.
@@ -256,6 +310,7 @@ static nmm_status look_at_scene(nmm_bench *bench) {
     nmm_status status = nmm_trade_open(bench, &sim, NULL);
     if (status == NMM_OK) {
         trade->scene = sim->settings;
+        trade->unknowns = 2 * sim->model.n_cover;
         trade->has_contact = sim->search != NULL;
         status = nmm_trade_find_quantity(bench, sim);
     } else {
@@ -284,6 +339,8 @@ static nmm_status run(nmm_bench *bench) {
     trade->longest = def->longest > 0 ? def->longest : (def->quick != 0 ? LONGEST_QUICK : LONGEST);
     TRY(look_at_scene(bench));
     TRY(look_at_time(bench));
+    TRY(look_at_orders(bench));
+    TRY(look_at_mesh(bench));
     TRY(nmm_trade_find_settings(bench));
     TRY(run_all(bench));
     return nmm_trade_conclude(bench);

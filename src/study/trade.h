@@ -11,11 +11,15 @@
 /// Settings of a trade, overrides of a setting: at most.
 enum { NMM_TRADE_SETTINGS = 48, NMM_TRADE_OVERRIDES = 3 };
 
+/// Orders of cover functions that are tried: 0, 1, 2.
+enum { NMM_TRADE_ORDERS = 3 };
+
 typedef enum nmm_trade_knob {
     NMM_TRADE_SCENE, // the scene as it stands
     NMM_TRADE_SIZE,
     NMM_TRADE_DT,
     NMM_TRADE_BOTH, // size and dt by the same factor
+    NMM_TRADE_ORDER,
     NMM_TRADE_MESH,
     NMM_TRADE_SCHEME,
     NMM_TRADE_TOLERANCE,
@@ -68,10 +72,15 @@ struct nmm_trade {
     bool has_expectation;
     double expectation[3];
     nmm_scene_settings scene; // of the scene as it stands, completed
+    int unknowns;             // of the scene as it stands
     bool has_contact, keeps_dt_max;
+    bool allows_order[NMM_TRADE_ORDERS];      // other orders than the scene's own
+    bool mesh_resets_size, mesh_resets_order; // the other mesh needs these on auto
     int n_setting;
     nmm_trade_setting setting[NMM_TRADE_SETTINGS];
     nmm_trade_row row[NMM_TRADE_SETTINGS]; // [bench->n_row]
+    nmm_trade_knob ladder;                 // that the reference comes from; NMM_TRADE_SCENE: none
+    bool too_long;                         // some run was
     int reference_row;                     // a run that is the reference itself; -1: none
     nmm_trade_result result;
 };

@@ -20,6 +20,9 @@
 /// An error that is so many times that of a coarser run is worth a word.
 #define GROWS 1.1
 
+/// An error at most so many times another one is no worse, where it takes less time.
+#define NEARLY 1.05
+
 // --- Vectors
 
 static double dot(const nmm_trade *trade, const double *a, const double *b) {
@@ -141,11 +144,12 @@ static nmm_status find_reference(nmm_bench *bench) {
     if (trade->has_expectation) {
         memcpy(result->reference, trade->expectation, sizeof result->reference);
         result->source = "closed form";
-        return say_reference(bench, "the closed form given");
+        return say_reference(bench, "the value given");
     }
     for (int k = 0; k < N_REGULAR; k++) {
         const ladder l = find_ladder(bench, ladders[k]);
         if (!extrapolate(trade, &l, &order)) continue;
+        trade->ladder = ladders[k];
         TRY(nmm_bench_words(bench, &how,
                             "extrapolated from the last three runs of %s, which converge with "
                             "order %.1f; the finest of them differs by %.2g %%%s",
@@ -156,6 +160,7 @@ static nmm_status find_reference(nmm_bench *bench) {
     for (int k = 0; k < N_LADDER; k++) {
         const ladder l = find_ladder(bench, ladders[k]);
         if (!take_finest(bench, &l)) continue;
+        trade->ladder = ladders[k];
         TRY(nmm_bench_words(bench, &how,
                             "the finest run of %s; runs do not converge regularly, and the one "
                             "before differs by %.2g %%%s",
@@ -165,6 +170,27 @@ static nmm_status find_reference(nmm_bench *bench) {
     }
     return nmm_bench_remark(bench, "No errors: no two runs of a ladder completed, and no closed "
                                    "form was given.");
+}
+
+// The run of the highest other order on the scene's own mesh knows nothing of a ladder of meshes:
+// where it is elsewhere, the reference is not known better than that. A ladder of time has another
+// dt in the end.
+static nmm_status check_by_order(nmm_bench *bench) {
+    nmm_trade *trade = bench->trade;
+    nmm_trade_result *result = &trade->result;
+    int other = -1;
+    for (int i = 0; i < bench->n_row; i++) {
+        const nmm_trade_setting *setting = trade->row[i].setting;
+        if (trade->row[i].completed && setting->knob == NMM_TRADE_ORDER && setting->factor == 1)
+            other = i;
+    }
+    const double size = size_of(trade, result->reference);
+    if (other < 0 || trade->ladder != NMM_TRADE_SIZE || !(size > 0)) return NMM_OK;
+    const double away = distance(trade, trade->row[other].value, result->reference) / size;
+    if (!(away > result->unsure)) return NMM_OK;
+    result->unsure = away;
+    return nmm_bench_remark(bench, "The run with %s is %.2g %% away from that.",
+                            nmm_bench_text(bench, other, NMM_TRADE_COLUMN_SETTING), 100 * away);
 }
 
 // --- Errors and Pareto set
@@ -189,9 +215,13 @@ static nmm_status put_errors(nmm_bench *bench) {
     return NMM_OK;
 }
 
-static bool dominates(const nmm_trade_row *a, const nmm_trade_row *b) {
-    return a->seconds <= b->seconds && a->error <= b->error &&
-           (a->seconds < b->seconds || a->error < b->error);
+// Errors below what the reference is known to are the same, and so are those that a slower run
+// betters by next to nothing.
+static bool dominates(const nmm_trade_row *a, const nmm_trade_row *b, double unsure) {
+    const double e = nmm_max(a->error, unsure), f = nmm_max(b->error, unsure);
+    if (!isfinite(a->error)) return false;
+    if (a->seconds < b->seconds) return e <= NEARLY * f;
+    return a->seconds <= b->seconds && e < f;
 }
 
 static nmm_status find_pareto(nmm_bench *bench) {
@@ -200,7 +230,7 @@ static nmm_status find_pareto(nmm_bench *bench) {
         nmm_trade_row *row = &trade->row[i];
         row->pareto = isfinite(row->error);
         for (int k = 0; row->pareto && k < bench->n_row; k++)
-            row->pareto = !dominates(&trade->row[k], row);
+            row->pareto = !dominates(&trade->row[k], row, trade->result.unsure);
         if (row->pareto)
             TRY(nmm_bench_keep(bench, &nmm_bench_cell_of(bench, i, NMM_TRADE_COLUMN_PARETO)->text,
                                "yes"));
@@ -223,6 +253,12 @@ static int next_of_pareto(const nmm_bench *bench, double after) {
 static nmm_status say_pareto(nmm_bench *bench) {
     int i = next_of_pareto(bench, -1);
     if (i < 0) return NMM_OK;
+    const double unsure = bench->trade->result.unsure;
+    if (unsure > 0)
+        TRY(nmm_bench_remark(bench,
+                             "Errors below %.2g %% are the same: so far the reference is "
+                             "known.",
+                             100 * unsure));
     TRY(nmm_bench_remark(bench, "Pareto set, nothing is both faster and nearer:"));
     for (; i >= 0; i = next_of_pareto(bench, bench->trade->row[i].seconds)) {
         const nmm_trade_row *row = &bench->trade->row[i];
@@ -277,11 +313,26 @@ static nmm_status put_choice(nmm_bench *bench, const nmm_trade_setting *setting)
     return nmm_bench_words(bench, &bench->trade->result.lines, "%s%s", lines, end);
 }
 
+// A finer run of the same ladder is further off than what is wanted: this one is near by luck.
+static bool is_luck(const nmm_bench *bench, int i, double want) {
+    const nmm_trade *trade = bench->trade;
+    for (int k = 0; k < N_REGULAR; k++) {
+        const ladder l = find_ladder(bench, ladders[k]);
+        int at = 0;
+        while (at < l.n && l.row[at] != i)
+            at += 1;
+        for (int finer = at + 1; finer < l.n; finer++)
+            if (trade->row[l.row[finer]].error > want) return true;
+    }
+    return false;
+}
+
+// The fastest with the error wanted, and not by luck.
 static int find_cheapest(const nmm_bench *bench, double want) {
     int cheapest = -1;
     for (int i = 0; i < bench->n_row; i++) {
         const nmm_trade_row *row = &bench->trade->row[i];
-        if (!(row->error <= want)) continue;
+        if (!(row->error <= want) || is_luck(bench, i, want)) continue;
         if (cheapest < 0 || row->seconds < bench->trade->row[cheapest].seconds) cheapest = i;
     }
     return cheapest;
@@ -294,7 +345,13 @@ static nmm_status explain_none(nmm_bench *bench, double want) {
         if (trade->row[i].error < least) least = trade->row[i].error;
     if (!isfinite(least))
         return nmm_bench_words(bench, &trade->result.why,
-                               "no error is known: too few runs completed to compare");
+                               "no error is known: too few runs completed to compare%s",
+                               trade->too_long ? "; give them longer (--longest)" : "");
+    if (least <= want)
+        return nmm_bench_words(bench, &trade->result.why,
+                               "settings come within %.3g %% by luck only: finer mesh or steps "
+                               "are further off",
+                               100 * want);
     return nmm_bench_words(bench, &trade->result.why,
                            "no setting comes within %.3g %%; the nearest has %.3g %%", 100 * want,
                            100 * least);
@@ -307,9 +364,8 @@ static nmm_status choose(nmm_bench *bench) {
     if (!(want > 0)) return NMM_OK;
     if (result->unsure > want)
         return nmm_bench_words(bench, &result->why,
-                               "an error of %.3g %% cannot be told: the finest runs still differ "
-                               "from the reference by %.3g %%; give a closed form, or begin with a "
-                               "finer scene",
+                               "an error of %.3g %% cannot be told: the reference is known to "
+                               "%.3g %% only; give a closed form, or begin with a finer scene",
                                100 * want, 100 * result->unsure);
     result->cheapest = find_cheapest(bench, want);
     if (result->cheapest < 0) return explain_none(bench, want);
@@ -318,6 +374,7 @@ static nmm_status choose(nmm_bench *bench) {
 
 nmm_status nmm_trade_conclude(nmm_bench *bench) {
     TRY(find_reference(bench));
+    TRY(check_by_order(bench));
     TRY(put_errors(bench));
     TRY(find_pareto(bench));
     TRY(say_pareto(bench));

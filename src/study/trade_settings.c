@@ -12,6 +12,7 @@
 /// Factors of a ladder, in its full form and in its quick one; 0: no more.
 enum { MOST_FACTORS = 4 };
 static const double by_two[2][MOST_FACTORS] = {{4, 2, 0.5, 0.25}, {2, 0.5}};
+static const double coarser[2][MOST_FACTORS] = {{4, 2, 1}, {2, 1}};
 static const double by_decades[2][MOST_FACTORS] = {{1e6, 1e4, 1e2, 1e-2}, {1e4, 1e2}};
 static const double stiffer[2][MOST_FACTORS] = {{0.1, 10, 100}, {0.1, 10}};
 
@@ -25,7 +26,7 @@ static const double stiffer[2][MOST_FACTORS] = {{0.1, 10, 100}, {0.1, 10}};
 
 // As in the command line, but for the two that no one names.
 static const char *const knob_word[NMM_TRADE_KNOBS] = {
-    "scene",  "size",      "dt",     "size with dt", "mesh",
+    "scene",  "size",      "dt",     "size with dt", "order",  "mesh",
     "scheme", "tolerance", "solver", "precision",    "penalty"};
 
 const char *nmm_trade_knob_name(int knob) {
@@ -118,12 +119,31 @@ static nmm_status add_mesh_and_time(nmm_bench *bench, nmm_trade_knob knob) {
     return NMM_OK;
 }
 
+// Other orders of the cover functions, on the scene's own lattice and on coarser ones, which is
+// what higher orders are for.
+static nmm_status add_orders(nmm_bench *bench) {
+    nmm_trade *trade = bench->trade;
+    const double *factor = coarser[trade->def.quick != 0];
+    for (int order = 0; order < NMM_TRADE_ORDERS; order++) {
+        for (int k = 0; trade->allows_order[order] && k < MOST_FACTORS && factor[k] > 0; k++) {
+            const char digit[2] = {(char)('0' + order), 0};
+            nmm_trade_setting *setting = add(trade, NMM_TRADE_ORDER, factor[k]);
+            TRY(put(bench, setting, "covers.order", digit));
+            if (factor[k] == 1) continue;
+            TRY(put_number(bench, setting, "covers.size", factor[k] * trade->scene.cover_size));
+        }
+    }
+    return NMM_OK;
+}
+
 static nmm_status add_mesh(nmm_bench *bench) {
+    const nmm_trade *trade = bench->trade;
     nmm_trade_setting *setting = add(bench->trade, NMM_TRADE_MESH, 1);
-    const bool lattice = bench->trade->scene.mesh == NMM_MESH_LATTICE;
+    const bool lattice = trade->scene.mesh == NMM_MESH_LATTICE;
     TRY(put(bench, setting, "covers.mesh", lattice ? "block" : "lattice"));
-    // A size given in the scene belongs to the lattice.
-    return put(bench, setting, "covers.size", "auto");
+    // What the scene gives belongs to its own mesh.
+    if (trade->mesh_resets_size) TRY(put(bench, setting, "covers.size", "auto"));
+    return trade->mesh_resets_order ? put(bench, setting, "covers.order", "auto") : NMM_OK;
 }
 
 static nmm_status add_scheme(nmm_bench *bench) {
@@ -172,6 +192,8 @@ static nmm_status add_knob(nmm_bench *bench, nmm_trade_knob knob) {
     case NMM_TRADE_DT:
     case NMM_TRADE_BOTH:
         return add_mesh_and_time(bench, knob);
+    case NMM_TRADE_ORDER:
+        return add_orders(bench);
     case NMM_TRADE_MESH:
         return add_mesh(bench);
     case NMM_TRADE_SCHEME:

@@ -19,20 +19,44 @@ static void add_diagonal(double *block, double x, double y) {
 
 // --- Elements, inertia and supports
 
+static void linear_stiffness(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                             int e) {
+    const double *gradient = model->element_gradient + 6 * (long)e;
+    const double *initial = state->initial_stress + 3 * (long)e;
+    double d[6];
+    for (int i = 0; i < 6; i++)
+        d[i] = state->displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
+    const nmm_strain strain = nmm_strain_of(d, gradient);
+    system->stiffness[e] = nmm_stiffness_of(system->elastic[model->element_material[e]], &strain,
+                                            0.5 * (initial[0] + initial[1]),
+                                            system->share * model->element_area[e], gradient);
+}
+
 static void stiffness_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
                            int n_thread) {
-    const int n = model->n_element;
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
+    const int n = model->n_element, m = model->n_local;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n * m > 6144)
     for (int e = 0; e < n; e++) {
-        const double *gradient = model->element_gradient + 6 * (long)e;
-        const double *initial = state->initial_stress + 3 * (long)e;
-        double d[6];
-        for (int i = 0; i < 6; i++)
-            d[i] = state->displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
-        const nmm_strain strain = nmm_strain_of(d, gradient);
-        system->stiffness[e] = nmm_stiffness_of(system->elastic[model->element_material[e]],
-                                                &strain, 0.5 * (initial[0] + initial[1]),
-                                                system->share * model->element_area[e], gradient);
+        if (model->order == 0) {
+            linear_stiffness(system, model, state, e);
+            continue;
+        }
+        nmm_curved_stiffness(model, state, system->elastic[model->element_material[e]], e,
+                             system->share, system->curved_stiffness + 4 * m * m * (long)e);
+    }
+}
+
+static void add_curved(nmm_system *system, const nmm_model *model, int c) {
+    const int m = model->n_local;
+    for (int k = model->cover_start[c]; k < model->cover_start[c + 1]; k++) {
+        // Its slot is a row of all the elements' matrices.
+        const int *slot = system->base_slot + m * (long)model->cover_element[k];
+        const double *from = system->curved_stiffness + 4 * m * (long)model->cover_element[k];
+        for (int j = 0; j < m; j++) {
+            double *block = system->base_value + 4 * (long)slot[j];
+            for (int x = 0; x < 4; x++)
+                block[x] += from[4 * j + x];
+        }
     }
 }
 
@@ -46,11 +70,12 @@ static void add_elements(nmm_system *system, const nmm_model *model, int c) {
 }
 
 static void add_supports(nmm_system *system, const nmm_model *model, int c) {
+    const int m = model->n_local;
     for (int k = system->support_start[c]; k < system->support_start[c + 1]; k++) {
-        const int i = system->cover_support[k] % 3;
-        const nmm_support *s = &model->support[system->cover_support[k] / 3];
-        for (int j = 0; j < 3; j++) {
-            const int slot = system->base_slot[9 * (long)s->element + 3 * i + j];
+        const int i = system->cover_support[k] % m;
+        const nmm_support *s = &model->support[system->cover_support[k] / m];
+        for (int j = 0; j < m; j++) {
+            const int slot = system->base_slot[m * (m * (long)s->element + i) + j];
             const double w = system->share * s->stiffness * s->weight[i] * s->weight[j];
             add_diagonal(system->base_value + 4 * (long)slot, s->fix_x ? w : 0, s->fix_y ? w : 0);
         }
@@ -64,8 +89,16 @@ static void base_row(nmm_system *system, const nmm_model *model, int c, double i
         const double block[4] = {m, 0, 0, m};
         memcpy(system->base_value + 4 * k, block, sizeof block);
     }
-    add_elements(system, model, c);
+    if (model->order == 0)
+        add_elements(system, model, c);
+    else
+        add_curved(system, model, c);
     add_supports(system, model, c);
+    if (model->n_tie == 0 || system->tie_start[c] == system->tie_start[c + 1]) return;
+    for (long k = begin; k < end; k++) {
+        const double tie = system->share * system->tie_stiffness[k];
+        add_diagonal(system->base_value + 4 * k, tie, tie);
+    }
 }
 
 // Held unknowns leave the system: their couplings vanish, their diagonal stays as a scale.
@@ -84,32 +117,41 @@ static void remove_held(nmm_system *system, int c) {
 
 // --- Contacts
 
-static void hold_spring(nmm_spring *spring, const unsigned char *fixed, const int cover[6]) {
-    for (int i = 0; i < 12; i++) {
+// The functions below take m, the functions of an element: where it is a constant, their loops are
+// straight code.
+
+// Derivatives of the gap, [2 m][2]; behind them those of the slip, then both stiffnesses.
+static inline double *spring_of(const nmm_system *system, int p, int m) {
+    return system->spring + nmm_spring_size(m) * (long)p;
+}
+
+static void hold_spring(double *spring, const unsigned char *fixed, const int *cover, int m) {
+    for (int i = 0; i < 4 * m; i++) {
         if (!(fixed[cover[i / 2]] >> i % 2 & 1)) continue;
-        spring->normal[i / 2][i % 2] = 0;
-        spring->shear[i / 2][i % 2] = 0;
+        spring[i] = 0;
+        spring[4 * m + i] = 0;
     }
 }
 
 // The spring at place p of the couples' order, of couple q. Held unknowns do not feel it.
 static void make_spring(nmm_system *system, const nmm_model *model, const nmm_state *state, int q,
                         int p) {
-    nmm_spring *spring = &system->spring[p];
-    const int k = system->couples.order[p] / 2, swapped = 3 * (system->couples.order[p] % 2);
+    const int m = model->n_local;
+    double *spring = spring_of(system, p, m);
+    const int k = system->couples.order[p] / 2, swapped = m * (system->couples.order[p] % 2);
     const nmm_contact *contact = &state->contact[k];
     const nmm_contact_row row = nmm_contact_row_of(model, state, contact);
-    const size_t half = sizeof row.normal / 2;
-    memcpy(spring->normal[0], row.normal[swapped], half);
-    memcpy(spring->normal[3], row.normal[3 - swapped], half);
-    memcpy(spring->shear[0], row.shear[swapped], half);
-    memcpy(spring->shear[3], row.shear[3 - swapped], half);
-    spring->normal_stiffness = contact->normal_stiffness;
-    spring->shear_stiffness = contact->mode == NMM_CONTACT_STICK ? contact->shear_stiffness : 0;
+    const size_t half = 2 * (size_t)m * sizeof(double);
+    memcpy(spring, row.normal[swapped], half);
+    memcpy(spring + 2 * m, row.normal[m - swapped], half);
+    memcpy(spring + 4 * m, row.shear[swapped], half);
+    memcpy(spring + 6 * m, row.shear[m - swapped], half);
+    spring[8 * m] = contact->normal_stiffness;
+    spring[8 * m + 1] = contact->mode == NMM_CONTACT_STICK ? contact->shear_stiffness : 0;
     if (system->fixed == NULL) return;
-    int cover[6];
+    int cover[2 * NMM_MOST_LOCAL] = {0};
     nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
-    hold_spring(spring, system->fixed, cover);
+    hold_spring(spring, system->fixed, cover, m);
 }
 
 // All springs of couple q.
@@ -122,55 +164,57 @@ static void make_springs(nmm_system *system, const nmm_model *model, const nmm_s
     }
 }
 
-// Adds the two rows of cover i of one spring to row[2][6][2].
-static void add_spring(const nmm_spring *spring, int i, double *restrict row) {
-    const double kn = spring->normal_stiffness, ks = spring->shear_stiffness;
-    const double *normal = spring->normal[0], *shear = spring->shear[0];
+// Adds `sign` times the two rows of cover i of one spring to row[2][2 m][2].
+static inline void add_spring(const double *spring, int i, double sign, int m,
+                              double *restrict row) {
+    const double kn = sign * spring[8 * m], ks = sign * spring[8 * m + 1];
+    const double *normal = spring, *shear = spring + 4 * m;
     for (int x = 0; x < 2; x++) {
         const double across = kn * normal[2 * i + x], along = ks * shear[2 * i + x];
-        for (int j = 0; j < 12; j++)
-            row[12 * x + j] += across * normal[j] + along * shear[j];
+        for (int j = 0; j < 4 * m; j++)
+            row[4 * m * x + j] += across * normal[j] + along * shear[j];
     }
 }
 
-// Adds row[2][6][2] to row i of couple q in the matrix.
-static void put_row(nmm_system *system, int q, int i, const double *row) {
-    const int *slot = system->couples.slot + 36 * (long)q + 6 * (long)i;
-    for (int j = 0; j < 6; j++) {
+// Adds row[2][2 m][2] to row i of couple q in the matrix.
+static inline void put_row(nmm_system *system, int q, int i, int m, const double *row) {
+    const int *slot = system->couples.slot + 2 * m * (2 * m * (long)q + i);
+    for (int j = 0; j < 2 * m; j++) {
         double *block = system->K.value + 4 * (long)slot[j];
         block[0] += row[2 * j];
         block[1] += row[2 * j + 1];
-        block[2] += row[12 + 2 * j];
-        block[3] += row[12 + 2 * j + 1];
+        block[2] += row[4 * m + 2 * j];
+        block[3] += row[4 * m + 2 * j + 1];
     }
 }
 
 // Springs of all couples of row c, added up couple by couple.
-static void add_couples(nmm_system *system, int c) {
+static inline void add_couples(nmm_system *system, int c, int m) {
     const nmm_couples *couples = &system->couples;
     for (int k = couples->cover_start[c]; k < couples->cover_start[c + 1]; k++) {
-        const int q = couples->cover_couple[k] / 6, i = couples->cover_couple[k] % 6;
-        double row[24] = {0};
+        const int q = couples->cover_couple[k] / (2 * m), i = couples->cover_couple[k] % (2 * m);
+        double row[8 * NMM_MOST_LOCAL];
+        for (int j = 0; j < 8 * m; j++)
+            row[j] = 0;
         bool any = false;
         for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
             if (system->spring_mode[p] == NMM_CONTACT_OPEN) continue;
-            add_spring(&system->spring[p], i, row);
+            add_spring(spring_of(system, p, m), i, 1, m, row);
             any = true;
         }
-        if (any) put_row(system, q, i, row);
+        if (any) put_row(system, q, i, m, row);
     }
 }
 
 // Puts the spring at place p of couple q in (sign 1) or takes it out (sign -1).
-static void change_spring(nmm_system *system, int q, int p, double sign) {
+static void change_spring(nmm_system *system, int q, int p, double sign, int m) {
     if (system->spring_mode[p] == NMM_CONTACT_OPEN) return;
-    nmm_spring spring = system->spring[p];
-    spring.normal_stiffness *= sign;
-    spring.shear_stiffness *= sign;
-    for (int i = 0; i < 6; i++) {
-        double row[24] = {0};
-        add_spring(&spring, i, row);
-        put_row(system, q, i, row);
+    const double *spring = spring_of(system, p, m);
+    for (int i = 0; i < 2 * m; i++) {
+        double row[8 * NMM_MOST_LOCAL];
+        memset(row, 0, 8 * (size_t)m * sizeof *row);
+        add_spring(spring, i, sign, m, row);
+        put_row(system, q, i, m, row);
     }
 }
 
@@ -182,10 +226,10 @@ static bool change_springs(nmm_system *system, const nmm_model *model, const nmm
         for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
             const unsigned char mode = system->mode[couples->order[p] / 2];
             if (mode == system->spring_mode[p]) continue;
-            change_spring(system, q, p, -1);
+            change_spring(system, q, p, -1, model->n_local);
             system->spring_mode[p] = mode;
             if (mode != NMM_CONTACT_OPEN) make_spring(system, model, state, q, p);
-            change_spring(system, q, p, 1);
+            change_spring(system, q, p, 1, model->n_local);
             changed = true;
         }
     }
@@ -194,14 +238,17 @@ static bool change_springs(nmm_system *system, const nmm_model *model, const nmm
 
 // --- All
 
-static void fill_row(nmm_system *system, int c) {
+static void fill_row(nmm_system *system, const nmm_model *model, int c) {
     nmm_bsr *K = &system->K;
     const size_t block = 4 * sizeof(double);
     const long begin = K->row_start[c], end = K->row_start[c + 1];
     memset(K->value + 4 * begin, 0, (size_t)(end - begin) * block);
     for (long k = system->base_start[c]; k < system->base_start[c + 1]; k++)
         memcpy(K->value + 4 * (long)system->place[k], system->base_value + 4 * k, block);
-    add_couples(system, c);
+    if (model->order == 0)
+        add_couples(system, c, 3);
+    else
+        add_couples(system, c, model->n_local);
 }
 
 static void make_all(const nmm_context *context, nmm_system *system, const nmm_model *model,
@@ -216,7 +263,7 @@ static void make_all(const nmm_context *context, nmm_system *system, const nmm_m
     for (int c = 0; c < n; c++) {
         base_row(system, model, c, inertia);
         if (system->fixed != NULL) remove_held(system, c);
-        fill_row(system, c);
+        fill_row(system, model, c);
     }
 }
 
@@ -226,4 +273,54 @@ bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const n
     make_all(context, system, model, state, h);
     system->made = true;
     return true;
+}
+
+// --- Coupling
+
+static nmm_status grow_coupling(nmm_context *context, nmm_system *system, int n, int m) {
+    nmm_coupling *coupling = &system->coupling;
+    const size_t size = 2 * (size_t)m * sizeof(double);
+    int capacity[3];
+    for (int i = 0; i < 3; i++)
+        capacity[i] = system->coupling_capacity;
+    coupling->n_row = 2 * m;
+    TRY(nmm_grow(context, &coupling->row, &capacity[0], n, 2 * (size_t)m * sizeof(int)));
+    TRY(nmm_grow(context, &coupling->push, &capacity[1], n, 2 * size));
+    TRY(nmm_grow(context, &coupling->pull, &capacity[2], n, 2 * size));
+    system->coupling_capacity = capacity[0];
+    return NMM_OK;
+}
+
+// The term of a contact that slides, from its spring at place p of couple q.
+static void add_term(nmm_system *system, const nmm_model *model, const nmm_contact *contact, int q,
+                     int p) {
+    const int m = model->n_local;
+    const double *spring = spring_of(system, p, m);
+    const long at = 2 * (long)m * system->coupling.n++;
+    const double stiffness =
+        contact->normal_stiffness * contact->shear_force / contact->normal_force;
+    int cover[2 * NMM_MOST_LOCAL] = {0};
+    nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
+    memcpy(system->coupling.row + at, cover, 2 * (size_t)m * sizeof(int));
+    memcpy(system->coupling.push + 2 * at, spring + 4 * m, 4 * (size_t)m * sizeof(double));
+    for (int i = 0; i < 4 * m; i++)
+        system->coupling.pull[2 * at + i] = stiffness * spring[i];
+}
+
+nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
+                             const nmm_state *state) {
+    const nmm_couples *couples = &system->couples;
+    int n = 0;
+    for (int k = 0; k < state->n_contact; k++)
+        n += state->contact[k].mode == NMM_CONTACT_SLIDE;
+    TRY(grow_coupling(context, system, n, model->n_local));
+    system->coupling.n = 0;
+    for (int q = 0; q < couples->n && n > 0; q++) {
+        for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
+            const nmm_contact *contact = &state->contact[couples->order[p] / 2];
+            const bool slides = contact->mode == NMM_CONTACT_SLIDE && contact->normal_force > 0;
+            if (slides) add_term(system, model, contact, q, p);
+        }
+    }
+    return NMM_OK;
 }

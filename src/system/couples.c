@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Contacts by couples of elements. All contacts between the same two elements act on the same six
+// Contacts by couples of elements. All contacts between the same two elements act on the same
 // covers, so the pattern of the matrix, and where their springs go, is a matter of couples: there
 // are fewer of them than of contacts, and they change less often. A few may be left without
 // contacts, so that the pattern stays.
@@ -123,25 +123,26 @@ static void start_couples(nmm_couples *couples, const nmm_model *model, int n_co
 // Couples by cover, ascending.
 static void list_covers(nmm_couples *couples, const nmm_model *model) {
     int *start = couples->cover_start;
+    const int n_side = 2 * model->n_local;
     memset(start, 0, ((size_t)model->n_cover + 1) * sizeof *start);
     for (int q = 0; q < couples->n; q++) {
-        int cover[6];
+        int cover[2 * NMM_MOST_LOCAL] = {0};
         nmm_couple_covers(model, couples->element + 2 * (long)q, cover);
-        for (int i = 0; i < 6; i++)
+        for (int i = 0; i < n_side; i++)
             start[cover[i] + 1] += 1;
     }
     for (int c = 0; c < model->n_cover; c++)
         start[c + 1] += start[c];
     // Filled from the back, so that start[c + 1] ends where c begins.
     for (int q = couples->n - 1; q >= 0; q--) {
-        int cover[6];
+        int cover[2 * NMM_MOST_LOCAL] = {0};
         nmm_couple_covers(model, couples->element + 2 * (long)q, cover);
-        for (int i = 5; i >= 0; i--)
-            couples->cover_couple[--start[cover[i] + 1]] = 6 * q + i;
+        for (int i = n_side - 1; i >= 0; i--)
+            couples->cover_couple[--start[cover[i] + 1]] = n_side * q + i;
     }
     for (int c = 0; c < model->n_cover; c++)
         start[c] = start[c + 1];
-    start[model->n_cover] = 6 * couples->n;
+    start[model->n_cover] = n_side * couples->n;
 }
 
 nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const nmm_model *model) {
@@ -189,8 +190,9 @@ nmm_status nmm_couples_list(nmm_context *context, nmm_couples *couples, const nm
     if (fit) return NMM_OK;
     const int capacity = couples->capacity;
     int room[2] = {capacity, capacity};
-    TRY(nmm_grow(context, &couples->slot, &room[0], couples->n, 36 * sizeof(int)));
-    TRY(nmm_grow(context, &couples->cover_couple, &room[1], couples->n, 6 * sizeof(int)));
+    const size_t n_side = 2 * (size_t)model->n_local;
+    TRY(nmm_grow(context, &couples->slot, &room[0], couples->n, n_side * n_side * sizeof(int)));
+    TRY(nmm_grow(context, &couples->cover_couple, &room[1], couples->n, n_side * sizeof(int)));
     couples->capacity = room[0];
     list_covers(couples, model);
     return NMM_OK;

@@ -48,7 +48,8 @@ typedef struct placing {
         int block, material, bin;
     } * group; // [n_support_group]
     int group_capacity;
-    int first_group; // of the support being placed
+    int first_group;      // of the support being placed
+    unsigned char *nodal; // [n_cover] the cover is one of a node, not of an edge or triangle
 } placing;
 
 static double modulus_of(const nmm_model *model, int element) {
@@ -74,7 +75,9 @@ static nmm_status add_support(placing *p, const nmm_scene_support *from, int ele
 static nmm_status add_hold(placing *p, const nmm_scene_support *from, int cover) {
     nmm_model *model = p->model;
     TRY(nmm_grow(p->context, &model->hold, &p->hold_capacity, model->n_hold + 1, sizeof(nmm_hold)));
-    model->hold[model->n_hold++] = (nmm_hold){cover, from->fix_x, from->fix_y, from->history};
+    // A rigid motion is one of the nodes alone.
+    const int history = p->nodal[cover] ? from->history : -1;
+    model->hold[model->n_hold++] = (nmm_hold){cover, from->fix_x, from->fix_y, history};
     return NMM_OK;
 }
 
@@ -87,9 +90,15 @@ static nmm_status support_block(placing *p, const nmm_scene_support *from) {
     return NMM_OK;
 }
 
-// What a loop vertex on a segment stands for: half of its two edges that run along it, each with
-// the modulus behind it. So a strain that is the same on both sides of a border gives all springs
-// the same way.
+// Parts of an edge that its ends and its middle stand for: the trapezoid rule for the linear
+// functions of order 0, Simpson's for higher ones.
+static double share_of_end(const nmm_model *model) {
+    return model->order == 0 ? 0.5 : 1.0 / 6;
+}
+
+// What a loop vertex on a segment stands for: its parts of the two edges that run along it, each
+// with the modulus behind it. So a strain that is the same on both sides of a border gives all
+// springs the same way.
 typedef struct share {
     double length;
     double modulus; // mean over the length [Pa]
@@ -106,7 +115,7 @@ static share share_along(const placing *p, int v, const nmm_scene_support *from)
         const nmm_vec2 end = start_of(model, other[k]);
         if (distance_to_segment(end, from->a, from->b) > p->touch) continue;
         const nmm_vec2 along = nmm_vec2_sub(end, start_of(model, v));
-        const double half = 0.5 * sqrt(nmm_vec2_dot(along, along));
+        const double half = share_of_end(model) * sqrt(nmm_vec2_dot(along, along));
         const double modulus = modulus_of(model, element[k]);
         all.length += half;
         sum += half * modulus;
@@ -194,6 +203,22 @@ static nmm_status carry_initial_stress(placing *p, const nmm_scene *scene,
     return NMM_OK;
 }
 
+// Middles of the loop edges along the segment.
+static nmm_status support_middles(placing *p, const nmm_scene_support *from) {
+    const nmm_model *model = p->model;
+    for (int v = 0; v < model->n_vertex; v++) {
+        const nmm_vec2 a = start_of(model, v), b = start_of(model, model->vertex_next[v]);
+        if (distance_to_segment(a, from->a, from->b) > p->touch ||
+            distance_to_segment(b, from->a, from->b) > p->touch) {
+            continue;
+        }
+        const nmm_vec2 along = nmm_vec2_sub(b, a);
+        const double length = (1 - 2 * share_of_end(model)) * sqrt(nmm_vec2_dot(along, along));
+        TRY(add_on_segment(p, from, model->edge_element[v], nmm_vec2_mix(a, b, 0.5), length));
+    }
+    return NMM_OK;
+}
+
 // Loop vertices on the segment; each stands for its share of the length.
 static nmm_status support_segment(placing *p, const nmm_scene *scene,
                                   const nmm_scene_support *from) {
@@ -207,7 +232,10 @@ static nmm_status support_segment(placing *p, const nmm_scene *scene,
         model->support[model->n_support - 1].stiffness =
             SUPPORT_PENALTY * own.modulus * own.length / model->size;
     }
-    if (model->n_support > before) return carry_initial_stress(p, scene, from);
+    if (model->n_support > before) {
+        if (model->order > 0) TRY(support_middles(p, from));
+        return carry_initial_stress(p, scene, from);
+    }
     // Nothing of the boundary: hold points along the segment, inside or between vertices.
     const nmm_vec2 along = nmm_vec2_sub(from->b, from->a);
     const double length = sqrt(nmm_vec2_dot(along, along));
@@ -250,17 +278,20 @@ static nmm_status support_box(placing *p, const nmm_scene_support *from) {
         for (int k = model->element_start[e]; k < model->element_start[e + 1]; k++) {
             inside = inside && inside_box(p, point_of(model, model->corner_point[k]), from);
         }
-        for (int i = 0; i < 3 && !inside; i++)
-            outside[model->element_cover[3 * e + i]] = 1;
+        for (int i = 0; i < model->n_local && !inside; i++)
+            outside[model->element_cover[model->n_local * e + i]] = 1;
     }
     for (int c = 0; c < model->n_cover && status == NMM_OK; c++) {
         if (!outside[c]) status = add_hold(p, from, c);
     }
     for (int k = 0; k < model->n_point && status == NMM_OK; k++) {
         const int e = stiffest[k];
-        const int *cover = model->element_cover + 3 * (long)e;
+        const int *cover = model->element_cover + model->n_local * (long)e;
         if (!inside_box(p, point_of(model, k), from)) continue;
-        if (!outside[cover[0]] && !outside[cover[1]] && !outside[cover[2]]) continue;
+        bool held = true;
+        for (int i = 0; i < model->n_local; i++)
+            held = held && !outside[cover[i]];
+        if (held) continue;
         status = add_support(p, from, e, point_of(model, k), 0.5 * model->size, -1);
     }
     nmm_release(p->context, &outside);
@@ -307,8 +338,24 @@ static nmm_status add_load(placing *p, const nmm_scene_load *from, int element, 
     return NMM_OK;
 }
 
-// A traction acts on the parts of the outer boundary that lie on the segment. The weights are
-// linear, so the middle of each part carries its force exactly.
+// The force of a traction on the part low .. high [m] of its segment a - b, on an element: where
+// the functions are linear its middle carries it exactly, else two Gauss points do.
+static nmm_status load_part(placing *p, const nmm_scene_load *from, int element, double low,
+                            double high) {
+    const nmm_vec2 a = nmm_vec2_sub(from->a, p->model->origin);
+    const nmm_vec2 b = nmm_vec2_sub(from->b, p->model->origin), ab = nmm_vec2_sub(b, a);
+    const double length = sqrt(nmm_vec2_dot(ab, ab)), middle = 0.5 * (low + high) / length;
+    const double off = 0.5 / sqrt(3.0) * (high - low) / length;
+    if (p->model->order == 0)
+        return add_load(p, from, element, nmm_vec2_mix(a, b, middle), high - low);
+    for (int k = -1; k <= 1; k += 2) {
+        const nmm_vec2 place = nmm_vec2_mix(a, b, middle + k * off);
+        TRY(add_load(p, from, element, place, 0.5 * (high - low)));
+    }
+    return NMM_OK;
+}
+
+// A traction acts on the parts of the outer boundary that lie on the segment.
 static nmm_status load_segment(placing *p, const nmm_scene_load *from) {
     const nmm_model *model = p->model;
     const nmm_vec2 a = nmm_vec2_sub(from->a, model->origin);
@@ -324,8 +371,7 @@ static nmm_status load_segment(placing *p, const nmm_scene_load *from) {
         const double s = nmm_vec2_dot(ab, q) / length, t = nmm_vec2_dot(ab, r) / length;
         const double low = nmm_max(0, nmm_min(s, t)), high = nmm_min(length, nmm_max(s, t));
         if (high - low <= 0) continue;
-        const nmm_vec2 middle = nmm_vec2_mix(a, b, 0.5 * (low + high) / length);
-        TRY(add_load(p, from, model->edge_element[v], middle, high - low));
+        TRY(load_part(p, from, model->edge_element[v], low, high));
     }
     return NMM_OK;
 }
@@ -367,6 +413,7 @@ static nmm_status place_monitors(placing *p, nmm_scene *scene) {
         monitor->displacement = from->displacement;
         monitor->velocity = from->velocity;
         monitor->stress = from->stress;
+        initial_stress_at(scene, model, e, place, monitor->initial);
     }
     return NMM_OK;
 }
@@ -387,7 +434,17 @@ static nmm_status copy_histories(placing *p, const nmm_scene *scene) {
     return NMM_OK;
 }
 
+// Which covers are those of nodes.
+static nmm_status mark_nodal(placing *p) {
+    const nmm_model *model = p->model;
+    TRY(nmm_allocate(p->context, &p->nodal, (size_t)model->n_cover, 1));
+    for (int k = 0; k < 3 * model->n_element; k++)
+        p->nodal[model->element_cover[model->n_local * (long)(k / 3) + k % 3]] = 1;
+    return NMM_OK;
+}
+
 static nmm_status place_all(placing *p, nmm_scene *scene) {
+    TRY(mark_nodal(p));
     TRY(copy_histories(p, scene));
     for (int k = 0; k < scene->n_support; k++)
         TRY(place_support(p, scene, &scene->support[k]));
@@ -400,10 +457,25 @@ nmm_status nmm_loads_place(nmm_context *context, nmm_scene *scene, nmm_model *mo
     placing p = {.context = context, .model = model, .touch = TOUCH * model->size};
     const nmm_status status = place_all(&p, scene);
     nmm_release(context, &p.group);
+    nmm_release(context, &p.nodal);
     return status;
 }
 
 // --- Start
+
+// Order > 0: at the samples of element e.
+static void start_samples(const nmm_scene *scene, const nmm_model *model, int e, nmm_state *state) {
+    const int *node = model->element_cover + model->n_local * (long)e;
+    for (int s = model->sample_start[e]; s < model->sample_start[e + 1]; s++) {
+        nmm_vec2 place = {0, 0};
+        for (int i = 0; i < 3; i++) {
+            const double w = model->sample_linear[3 * (long)s + i];
+            place.x += w * model->cover_place[2 * (long)node[i]];
+            place.y += w * model->cover_place[2 * (long)node[i] + 1];
+        }
+        initial_stress_at(scene, model, e, place, state->sample_initial + 3 * (long)s);
+    }
+}
 
 static void start_stress(const nmm_scene *scene, const nmm_model *model, nmm_state *state) {
     for (int e = 0; e < model->n_element && scene->initial.kind != NMM_INITIAL_NONE; e++) {
@@ -411,6 +483,7 @@ static void start_stress(const nmm_scene *scene, const nmm_model *model, nmm_sta
         double *stress = state->initial_stress + 3 * (long)e;
         initial_stress_at(scene, model, e, (nmm_vec2){centre[0], centre[1]}, stress);
         memcpy(state->stress + 3 * (long)e, stress, 3 * sizeof *stress);
+        if (model->order > 0) start_samples(scene, model, e, state);
     }
     for (int s = 0; s < model->n_support; s++) {
         state->support_force[2 * s] = model->support[s].carried.x;
@@ -435,9 +508,10 @@ static void start_velocity(const nmm_scene_block *from, const nmm_model *model, 
                            nmm_state *state) {
     const nmm_vec2 centre = block_centre(model, block);
     const double *v = from->velocity;
-    for (int c = 0; c < model->n_cover; c++) {
-        if (model->cover_block[c] != block) continue;
-        // Linear in the place of the node: a rigid motion exactly.
+    for (int k = 0; k < 3 * model->n_element; k++) {
+        if (model->element_block[k / 3] != block) continue;
+        // Linear in the place of the node: a rigid motion exactly, without covers of edges.
+        const int c = model->element_cover[model->n_local * (long)(k / 3) + k % 3];
         state->velocity[2 * c] = v[0] - v[2] * (model->cover_place[2 * c + 1] - centre.y);
         state->velocity[2 * c + 1] = v[1] + v[2] * (model->cover_place[2 * c] - centre.x);
     }

@@ -24,8 +24,8 @@ static void loads_at(double *load, const nmm_system *system, const nmm_model *mo
         const nmm_load *from = &model->load[k];
         double factor = 1;
         if (from->history >= 0) nmm_history_value(&model->history[from->history], time, &factor);
-        for (int i = 0; i < 3; i++) {
-            const int c = model->element_cover[3 * from->element + i];
+        for (int i = 0; i < model->n_local; i++) {
+            const int c = model->element_cover[model->n_local * from->element + i];
             load[2 * c] += factor * from->weight[i] * from->force.x;
             load[2 * c + 1] += factor * from->weight[i] * from->force.y;
         }
@@ -60,8 +60,9 @@ nmm_vec2 nmm_support_error(const nmm_model *model, const nmm_state *state, int s
     double moved[2] = {0, 0};
     if (s->history >= 0) nmm_history_value(&model->history[s->history], time, moved);
     nmm_vec2 error = {-moved[0], -moved[1]};
-    for (int i = 0; i < 3; i++) {
-        const double *d = state->displacement + 2 * model->element_cover[3 * s->element + i];
+    const int *cover = model->element_cover + model->n_local * (long)s->element;
+    for (int i = 0; i < model->n_local; i++) {
+        const double *d = state->displacement + 2 * (long)cover[i];
         error.x += s->weight[i] * d[0];
         error.y += s->weight[i] * d[1];
     }
@@ -92,7 +93,10 @@ static void elements_pass(nmm_system *system, const nmm_model *model, const nmm_
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int k = 0; k < n_chunk; k++) {
         const int first = k * CHUNK, end = nmm_min_int(n, first + CHUNK);
-        nmm_inner_fill(model, state, system->elastic, &inner, first, end);
+        if (model->order == 0)
+            nmm_inner_fill(model, state, system->elastic, &inner, first, end);
+        else
+            nmm_curved_inner_fill(model, state, system->elastic, &inner, first, end);
     }
 }
 
@@ -128,6 +132,22 @@ static void supports_pass(nmm_system *system, const nmm_model *model, const nmm_
 
 // --- Start of a step
 
+// Biot stress of element e before the step.
+static void start_element(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                          int e) {
+    const nmm_elastic elastic = system->elastic[model->element_material[e]];
+    if (model->order > 0) {
+        nmm_curved_biot(model, state, elastic, e, system->start_stress);
+        return;
+    }
+    double d[6];
+    for (int i = 0; i < 6; i++)
+        d[i] = state->displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
+    const nmm_strain strain = nmm_strain_of(d, model->element_gradient + 6 * (long)e);
+    nmm_biot_of(elastic, &strain, state->initial_stress + 3 * (long)e,
+                system->start_stress + 3 * (long)e);
+}
+
 void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_model *model,
                       const nmm_state *state) {
     if (system->start_stress == NULL) return;
@@ -135,14 +155,8 @@ void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_
     loads_at(system->start_load, system, model, state->time);
     reactions_at(system->start_reaction, model, state, state->time);
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
-    for (int e = 0; e < n; e++) {
-        double d[6];
-        for (int i = 0; i < 6; i++)
-            d[i] = state->displacement[2 * model->element_cover[3 * e + i / 2] + i % 2];
-        const nmm_strain strain = nmm_strain_of(d, model->element_gradient + 6 * (long)e);
-        nmm_biot_of(system->elastic[model->element_material[e]], &strain,
-                    state->initial_stress + 3 * (long)e, system->start_stress + 3 * (long)e);
-    }
+    for (int e = 0; e < n; e++)
+        start_element(system, model, state, e);
 }
 
 // --- Contacts
@@ -189,6 +203,9 @@ static void add_inner(const nmm_system *system, const nmm_model *model, int c, d
         force[0] += of_element[0];
         force[1] += of_element[1];
     }
+    if (model->n_tie == 0) return;
+    force[0] += system->tie_force[2 * (long)c];
+    force[1] += system->tie_force[2 * (long)c + 1];
 }
 
 static void add_inertia(const nmm_system *system, int c, double force[2]) {
@@ -201,20 +218,22 @@ static void add_inertia(const nmm_system *system, int c, double force[2]) {
 
 static void add_supports(const nmm_system *system, const nmm_model *model, int c, double force[2]) {
     for (int k = system->support_start[c]; k < system->support_start[c + 1]; k++) {
-        const int s = system->cover_support[k] / 3;
-        const double w = model->support[s].weight[system->cover_support[k] % 3];
+        const int s = system->cover_support[k] / model->n_local;
+        const double w = model->support[s].weight[system->cover_support[k] % model->n_local];
         force[0] += w * system->support_force[2 * s];
         force[1] += w * system->support_force[2 * s + 1];
     }
 }
 
-static void add_contacts(const nmm_system *system, const nmm_model *model, int c, double force[2]) {
+// Of elements with m functions: a constant m is quick to divide by.
+static inline void add_contacts(const nmm_system *system, const nmm_model *model, int c, int m,
+                                double force[2]) {
     for (int k = system->edge_start[c]; k < system->edge_start[c + 1]; k++) {
-        const int e = system->cover_edge[k] / 3, i = system->cover_edge[k] % 3;
-        const double *weight = model->edge_weight + 6 * (long)e;
+        const int e = system->cover_edge[k] / m, i = system->cover_edge[k] % m;
+        const double *weight = model->edge_weight + 2 * m * (long)e;
         const double *end = system->edge_force + 4 * (long)e;
-        force[0] += weight[i] * end[0] + weight[3 + i] * end[2];
-        force[1] += weight[i] * end[1] + weight[3 + i] * end[3];
+        force[0] += weight[i] * end[0] + weight[m + i] * end[2];
+        force[1] += weight[i] * end[1] + weight[m + i] * end[3];
     }
 }
 
@@ -223,7 +242,10 @@ static void add_row(nmm_system *system, const nmm_model *model, int c) {
     add_inner(system, model, c, inner);
     add_inertia(system, c, inertia);
     add_supports(system, model, c, support);
-    if (system->couples.n > 0) add_contacts(system, model, c, contact);
+    if (system->couples.n > 0 && model->order == 0)
+        add_contacts(system, model, c, 3, contact);
+    else if (system->couples.n > 0)
+        add_contacts(system, model, c, model->n_local, contact);
     system->scale[c] = 0;
     for (int x = 0; x < 2; x++) {
         const double load = system->load[2 * c + x];
@@ -242,6 +264,7 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
     const int n_thread = context->n_thread, n = model->n_cover;
     NMM_ASSERT(system->couples.n_contact == state->n_contact);
     elements_pass(system, model, state, step, n_thread);
+    nmm_ties_force(system, model, state, step->moved, n_thread);
     acceleration_pass(system, model, state, step);
     supports_pass(system, model, state, step->end);
     if (state->n_contact > 0) {

@@ -14,17 +14,28 @@
 // Inertia over that stiffness, up to which a step is slow.
 #define SLOW 0.05
 
+// Stiffness of the local function i of element e, whose linear functions have the gradients g; of a
+// curved one the order of magnitude.
+static double stiffness_of(const nmm_elastic *elastic, double area, const double g[6], int i) {
+    double square = 0;
+    for (int k = 0; k < 6; k++)
+        square += i >= 3 || k / 2 == i ? g[k] * g[k] : 0;
+    return area * (2 * elastic->mu + nmm_max(0, elastic->lambda)) * square;
+}
+
 nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model) {
-    TRY(nmm_allocate(context, &system->cover_stiffness, (size_t)model->n_cover, sizeof(double)));
-    for (int e = 0; e < model->n_element; e++) {
-        const nmm_elastic elastic = system->elastic[model->element_material[e]];
-        const double modulus =
-            model->element_area[e] * (2 * elastic.mu + nmm_max(0, elastic.lambda));
-        for (int i = 0; i < 3; i++) {
-            const double *g = model->element_gradient + 6 * (long)e + 2 * (long)i;
-            const int c = model->element_cover[3 * e + i];
-            system->cover_stiffness[c] += modulus * (g[0] * g[0] + g[1] * g[1]);
-        }
+    TRY(nmm_allocate(context, &system->cover_give, 2 * (size_t)model->n_cover, sizeof(double)));
+    for (int k = 0; k < model->n_local * model->n_element; k++) {
+        const int e = k / model->n_local;
+        const double *g = model->element_gradient + 6 * (long)e;
+        system->cover_give[2 * (long)model->element_cover[k]] +=
+            stiffness_of(&system->elastic[model->element_material[e]], model->element_area[e], g,
+                         k % model->n_local);
+    }
+    for (int c = 0; c < model->n_cover; c++) {
+        for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++)
+            if (system->base_col[k] == c)
+                system->cover_give[2 * (long)c + 1] = system->base_mass[k];
     }
     return NMM_OK;
 }
@@ -33,13 +44,14 @@ nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nm
 // or only inertia (1) resists; held covers do not [m/N].
 static void add_give(const nmm_system *system, const nmm_model *model, int v, double along,
                      double give[2]) {
-    const double *weight = model->edge_weight + 6 * (long)v;
-    for (int i = 0; i < 3; i++) {
-        const int c = model->element_cover[3 * model->edge_element[v] + i];
+    const int n = model->n_local;
+    const double *weight = model->edge_weight + 2L * n * v;
+    for (int i = 0; i < n; i++) {
+        const int c = model->element_cover[n * (long)model->edge_element[v] + i];
         if (system->fixed != NULL && system->fixed[c] == 3) continue;
-        const double w = (1 - along) * weight[i] + along * weight[3 + i];
-        give[0] += w * w / system->cover_stiffness[c];
-        give[1] += w * w / system->cover_mass[c];
+        const double w = (1 - along) * weight[i] + along * weight[n + i];
+        give[0] += w * w / system->cover_give[2 * (long)c];
+        give[1] += w * w / system->cover_give[2 * (long)c + 1];
     }
 }
 
@@ -55,7 +67,7 @@ static void limit_carried(nmm_contact *contact) {
 
 void nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
                         double h) {
-    if (system->cover_stiffness == NULL) return;
+    if (system->cover_give == NULL) return;
     const double inertia = 2 / (h * h) + 2 * system->damping / h;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *contact = &state->contact[k];

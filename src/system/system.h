@@ -16,13 +16,6 @@
 #include "scene.h"
 #include "solve.h"
 
-/// A spring of the matrix, frozen when the matrix was made: derivatives of gap and slip by the
-/// displacements of the couple's six covers, and the stiffnesses that act.
-typedef struct nmm_spring {
-    double normal[6][2], shear[6][2];
-    double normal_stiffness, shear_stiffness; // [N/m]; sliding: no shear
-} nmm_spring;
-
 /// Contacts by couples: two elements whose loop edges meet in one contact or more. The pattern of
 /// the matrix follows from the couples alone, and they change less often than the contacts.
 typedef struct nmm_couples {
@@ -35,13 +28,13 @@ typedef struct nmm_couples {
     int n, capacity; // few of them without contacts
     int *element;    // [n][2] first element <= second
     int *start;      // [n + 1] first contact in `order`
-    int *slot;       // [n][6][6] entry of K for the covers of both elements
+    int *slot;       // [n][2 n_local][2 n_local] entry of K for the covers of both elements
 
     int *vertex_start;  // [n_vertex + 1] first contact of a vertex
     int *edge_start;    // [n_vertex + 1] first entry of an edge in by_edge
     int *element_start; // [n_element + 1] scratch
     int *cover_start;   // [n_cover + 1]
-    int *cover_couple;  // [6 * n] 6 * couple + place of the cover in it, by cover
+    int *cover_couple;  // [2 n_local * n] 2 n_local * couple + place of the cover in it, by cover
 } nmm_couples;
 
 /// Pattern, matrix and vectors of the run; owned by the simulation.
@@ -53,21 +46,28 @@ typedef struct nmm_system {
 
     // Constant over the run.
     int *base_start, *base_col; // pattern of the elements alone
-    int *base_slot;             // [n_element][3][3] entry of base_col for covers (i, j)
-    double *element_mass;       // [n_element][6] kg, nmm_mass_of; diagonal when lumped
+    int *base_slot;             // [n_element][n_local][n_local] entry of base_col for covers (i, j)
+    double *element_mass;       // [n_element][pairs] kg, by nmm_pair_index; diagonal when lumped
     double *base_mass;          // [n_base] kg, the same by entry of base_col
     double *cover_mass;         // [n_cover] kg, row sums
-    double *cover_stiffness;    // [n_cover] N/m, of its elements; NULL: no augmented contact
-    nmm_elastic *elastic;       // [n_material]
-    int *support_start, *cover_support; // 3 * support + place of the cover in it, by cover
-    int *edge_start, *cover_edge; // 3 * loop edge + place of the cover in its element, by cover
-    double *reaction;     // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
-    unsigned char *fixed; // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
-    double damping;       // [1/s]
-    double share;         // of the end of a step in its mean forces: 2 beta, 1 in Shi's scheme
+    double *cover_give; // [n_cover][2] stiffness of its elements N/m, mass kg; NULL: not augmented
+    nmm_elastic *elastic;               // [n_material]
+    int *support_start, *cover_support; // n_local * support + place of the cover, by cover
+    int *edge_start,
+        *cover_edge;  // n_local * loop edge + place of the cover in its element, by cover
+    double *reaction; // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
+    // Ties of slivers; NULL where there are none.
+    int *tie_start, *cover_tie; // 2 n_local * tie + place of the cover in it, by cover
+    double *tie_stiffness;      // [n_base] N/m, by entry of base_col
+    double *tie_mass;           // [n_base] kg, of base_mass
+    double *tie_force;          // [n_cover][2] N, inner forces
+    unsigned char *fixed;       // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
+    int *body;      // [n_cover] order > 0: block of a node's cover, -1: others; else NULL
+    double damping; // [1/s]
+    double share;   // of the end of a step in its mean forces: 2 beta, 1 in Shi's scheme
 
     // At the start of the step, where means over the step are taken; else NULL.
-    double *start_stress;   // [n_element][3] Pa, Biot
+    double *start_stress;   // [n_element, order > 0: n_sample][3] Pa, Biot
     double *start_load;     // [n_cover][2] N
     double *start_reaction; // [n_support][2] N
 
@@ -80,8 +80,8 @@ typedef struct nmm_system {
     int *row_room; // [n_cover]
 
     // Of the residual.
-    double *piola;         // [n_element][4] Pa, what acts in the step
-    double *element_force; // [n_element][3][2] N, inner forces on the covers
+    double *piola;         // [n_element][4] Pa, what acts in the step; order > 0: NULL
+    double *element_force; // [n_element][n_local][2] N, inner forces on the covers
     double *acceleration;  // [n_cover][2] m/s2, damping included
     double *load;          // [n_cover][2] N
     double *support_force; // [n_support][2] N
@@ -92,13 +92,29 @@ typedef struct nmm_system {
     double *scale;         // [n_cover] N2: squares of the forces in a row
 
     // Of the matrix.
-    nmm_stiffness *stiffness;   // [n_element]
-    double *base_value;         // [n_base][2][2] elements, inertia and supports
-    nmm_spring *spring;         // [n_contact] by couple
+    nmm_stiffness *stiffness; // [n_element]; order > 0: NULL
+    double *curved_stiffness; // [n_element][n_local][n_local][2][2] N/m; order 0: NULL
+    double *base_value;       // [n_base][2][2] elements, inertia and supports
+    // Springs, frozen when the matrix was made, by couple: derivatives of gap and of slip by the
+    // displacements of the couple's covers, then the normal and shear stiffness that act, sliding:
+    // no shear.
+    double *spring;             // [n_contact][nmm_spring_size]
     unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
     bool made;                  // K was made for the contacts as they are listed
     int spring_capacity;
+    nmm_coupling coupling; // of the contacts that slide, nmm_system_couple
+    int coupling_capacity;
 } nmm_system;
+
+/// Numbers of a spring in nmm_system.spring, for elements with m functions.
+static inline int nmm_spring_size(int m) {
+    return 8 * m + 2;
+}
+
+/// Of each cover, the body that it moves rigidly with others, for a coarse correction.
+static inline const int *nmm_system_body(const nmm_system *system, const nmm_model *model) {
+    return system->body != NULL ? system->body : model->cover_block;
+}
 
 /// The step that the residual belongs to.
 typedef struct nmm_step_state {
@@ -133,6 +149,28 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
 bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, double h, bool anew);
 
+/// system->coupling: what K leaves out, the change of friction with the pressure of contacts that
+/// slide. Belongs to K as it is.
+nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
+                             const nmm_state *state);
+
+/// Entry of base_col for column `col` of row c, which has it.
+int nmm_system_entry(const nmm_system *system, int c, int col);
+
+/// The inside of nmm_system_create: ties by cover; columns that they add to row c, how many; their
+/// matrices.
+nmm_status nmm_ties_list(nmm_context *context, nmm_system *system, const nmm_model *model);
+int nmm_ties_columns(const nmm_system *system, const nmm_model *model, int c, int *column);
+nmm_status nmm_ties_fill(nmm_context *context, nmm_system *system, const nmm_model *model);
+
+/// system->tie_force at state->displacement; moved: the displacement of the step.
+void nmm_ties_force(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                    const double *moved, int n_thread);
+
+/// a . (matrix of ties) b for vectors [n_cover][2].
+double nmm_ties_product(const nmm_system *system, int n_cover, const double *matrix,
+                        const double *a, const double *b);
+
 /// What a new list of contacts means for the couples.
 typedef enum nmm_couples_change {
     NMM_COUPLES_KEPT,     // the same contacts
@@ -153,9 +191,13 @@ nmm_status nmm_couples_list(nmm_context *context, nmm_couples *couples, const nm
                             const nmm_state *state, nmm_couples_change *change);
 
 /// The covers of a couple: of its first element, then of its second.
-static inline void nmm_couple_covers(const nmm_model *model, const int element[2], int cover[6]) {
-    for (int i = 0; i < 6; i++)
-        cover[i] = model->element_cover[3 * element[i / 3] + i % 3];
+static inline void nmm_couple_covers(const nmm_model *model, const int element[2],
+                                     int cover[2 * NMM_MOST_LOCAL]) {
+    const int m = model->n_local;
+    for (int i = 0; i < m; i++) {
+        cover[i] = model->element_cover[m * (long)element[0] + i];
+        cover[m + i] = model->element_cover[m * (long)element[1] + i];
+    }
 }
 
 /// Put held covers at their prescribed place at `time`.

@@ -90,6 +90,7 @@ nmm_status bodies_open(bodies *b, int n_loop, const loop *loops, double size) {
     m->n_point = m->n_corner = m->n_vertex;
     m->n_element = m->n_block;
     m->n_cover = 3 * m->n_block;
+    m->n_local = 3;
     TRY(nmm_model_allocate(&b->context, m));
     TRY(make_tables(b));
     for (int l = 0, first = 0; l < n_loop; first += loops[l].n, l++) {

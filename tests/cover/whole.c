@@ -22,7 +22,7 @@ static void mass_of(const nmm_model *m, int b, double mass[9]) {
                     m->element_gradient + 6 * e, part);
         for (int k = 0; k < 9; k++) {
             assert_int_equal(m->element_cover[3 * e + k / 3], 3 * b + k / 3);
-            mass[k] += part[nmm_mass_index(k / 3, k % 3)];
+            mass[k] += part[nmm_pair_index(3, k / 3, k % 3)];
         }
     }
 }

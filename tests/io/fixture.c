@@ -189,6 +189,7 @@ static void make_model(nmm_sim *sim, int nx, int ny) {
     m->n_cover = n_node + 6;
     m->n_point = n_node + 9;
     m->n_element = n_triangle + 2;
+    m->n_local = 3;
     m->n_corner = 3 * n_triangle + 9;
     m->n_vertex = 2 * (nx + ny) + 9;
     m->n_support = nx + 1;

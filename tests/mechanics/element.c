@@ -182,7 +182,7 @@ static void test_mass(void **unused) {
     nmm_mass_of(3, 0.5, moment, weight, GRADIENT, m);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
-            assert_close(m[nmm_mass_index(i, j)], 3 * 0.5 / 12 * (i == j ? 2 : 1), 1e-14);
+            assert_close(m[nmm_pair_index(3, i, j)], 3 * 0.5 / 12 * (i == j ? 2 : 1), 1e-14);
         }
     }
 }

@@ -189,6 +189,57 @@ void test_system_rock(nmm_context *context, test_system *system, const rock *wal
     }
 }
 
+void test_system_wall(nmm_context *context, test_system *system, int n_across, int n_up,
+                      double courant) {
+    const rock wall = {.n_across = n_across,
+                       .n_up = n_up,
+                       .n_node = 5,
+                       .courant = courant,
+                       .spring = 50,
+                       .seed = 11};
+    test_system_rock(context, system, &wall);
+}
+
+// --- Graphs
+
+// `value` times the unit block, and the same on the other side of the diagonal.
+static void add_both(nmm_context *context, triplets *list, int row, int col, double value) {
+    const double block[4] = {value, 0, 0, value};
+    triplets_add(context, list, row, col, block);
+    if (row != col) triplets_add(context, list, col, row, block);
+}
+
+void test_system_grid(nmm_context *context, test_system *system, int n_side) {
+    triplets list = {0};
+    const int n = n_side * n_side;
+    for (int row = 0; row < n; row++) {
+        add_both(context, &list, row, row, 5);
+        if (row % n_side + 1 < n_side) add_both(context, &list, row, row + 1, -1);
+        if (row + n_side < n) add_both(context, &list, row, row + n_side, -1);
+    }
+    test_system_build(context, system, &list, n);
+}
+
+void test_system_star(nmm_context *context, test_system *system, int n_row, int middle,
+                      double coupling) {
+    triplets list = {0};
+    for (int row = 0; row < n_row; row++) {
+        add_both(context, &list, row, row, 1);
+        if (row != middle) add_both(context, &list, row, middle, coupling);
+    }
+    test_system_build(context, system, &list, n_row);
+}
+
+void test_system_chain(nmm_context *context, test_system *system, int n_row, bool held) {
+    triplets list = {0};
+    for (int row = 0; row < n_row; row++) {
+        const int n_spring = (row > 0 || held) + (row + 1 < n_row);
+        add_both(context, &list, row, row, n_spring);
+        if (row > 0) add_both(context, &list, row, row - 1, -1);
+    }
+    test_system_build(context, system, &list, n_row);
+}
+
 void test_system_random(nmm_context *context, test_system *system, int n_row, int per_row,
                         uint64_t seed) {
     triplets list = {0};

@@ -44,6 +44,17 @@ void test_system_rock(nmm_context *context, test_system *system, const rock *wal
 /// Seeded symmetric positive definite matrix with strong diagonal, columns at random.
 void test_system_random(nmm_context *context, test_system *system, int n_row, int per_row,
                         uint64_t seed);
+/// A wall of blocks of 5 x 5 nodes with stiff springs.
+void test_system_wall(nmm_context *context, test_system *system, int n_across, int n_up,
+                      double courant);
+/// The graph of n_side^2 rows joined to their neighbours across and up.
+void test_system_grid(nmm_context *context, test_system *system, int n_side);
+/// Rows 0 .. n_row - 1 of 1 on the diagonal, joined by `coupling` to row `middle` alone.
+void test_system_star(nmm_context *context, test_system *system, int n_row, int middle,
+                      double coupling);
+/// Springs of stiffness 1 from row to row. The last row is free, the first held by one more, or
+/// not.
+void test_system_chain(nmm_context *context, test_system *system, int n_row, bool held);
 void test_system_destroy(nmm_context *context, test_system *system);
 /// Replace K by S K S, f by S f with S = diag(scale[2 * row + i]).
 void test_system_scale(test_system *system, const double *scale);

@@ -26,14 +26,8 @@ static void open_solver(fixture *x) {
 }
 
 static void set_up_rock(fixture *x, int n_across, int n_up, double courant) {
-    const rock wall = {.n_across = n_across,
-                       .n_up = n_up,
-                       .n_node = 5,
-                       .courant = courant,
-                       .spring = 50,
-                       .seed = 11};
     *x = (fixture){.context.n_thread = 1};
-    test_system_rock(&x->context, &x->system, &wall);
+    test_system_wall(&x->context, &x->system, n_across, n_up, courant);
     open_solver(x);
 }
 
@@ -120,16 +114,7 @@ static void test_chain(void **state) {
     (void)state;
     enum { N = 500 };
     fixture x = {.context.n_thread = 1};
-    triplets list = {0};
-    for (int row = 0; row < N; row++) {
-        const double d = row + 1 < N ? 2 : 1;
-        const double diagonal[4] = {d, 0, 0, d}, spring[4] = {-1, 0, 0, -1};
-        triplets_add(&x.context, &list, row, row, diagonal);
-        if (row == 0) continue;
-        triplets_add(&x.context, &list, row, row - 1, spring);
-        triplets_add(&x.context, &list, row - 1, row, spring);
-    }
-    test_system_build(&x.context, &x.system, &list, N);
+    test_system_chain(&x.context, &x.system, N, true);
     x.system.f[2 * N - 1] = 1;
     open_solver(&x);
     solve_from_zero(&x);
@@ -211,15 +196,7 @@ static void test_row_of_pivot(void **state) {
         const bool definite = k == 0;
         const double coupling = definite ? 0.3 : 0.4;
         fixture x = {.context.n_thread = 1};
-        triplets list = {0};
-        const double one[4] = {1, 0, 0, 1}, arm[4] = {coupling, 0, 0, coupling};
-        for (int row = 0; row < N; row++) {
-            triplets_add(&x.context, &list, row, row, one);
-            if (row == MIDDLE) continue;
-            triplets_add(&x.context, &list, row, MIDDLE, arm);
-            triplets_add(&x.context, &list, MIDDLE, row, arm);
-        }
-        test_system_build(&x.context, &x.system, &list, N);
+        test_system_star(&x.context, &x.system, N, MIDDLE, coupling);
         // Across the negative direction: u = f would solve even the indefinite system.
         x.system.f[0] = 1;
         x.system.f[2] = -1;
@@ -447,23 +424,14 @@ static void test_no_trace(void **state) {
     tear_down(&x);
 }
 
-static void test_threads(void **state) {
-    (void)state;
-    fixture one;
-    set_up_rock(&one, 12, 10, 1);
-    assert_true(one.system.K.n_row > 2500);
-    one.options.reuse = true;
-    solve_from_zero(&one);
-    change_contacts(&one.system, 5, 1);
-    solve_from_zero(&one);
+// What a series of solves comes to, for any number of threads.
+static void expect_same_series(void (*series)(fixture *, int n_thread)) {
+    fixture one, many;
+    series(&one, 1);
     for (int n_thread = 2; n_thread <= 3; n_thread++) {
-        fixture many;
-        set_up_rock(&many, 12, 10, 1);
-        many.options.reuse = true;
-        many.options.n_thread = n_thread;
-        solve_from_zero(&many);
-        change_contacts(&many.system, 5, 1);
-        solve_from_zero(&many);
+        series(&many, n_thread);
+        assert_int_equal(many.report.end, one.report.end);
+        assert_int_equal(many.report.row, one.report.row);
         assert_int_equal(many.report.iterations, one.report.iterations);
         assert_int_equal(many.report.setups, one.report.setups);
         assert_memory_equal(many.u, one.u, 2 * (size_t)one.system.K.n_row * sizeof *one.u);
@@ -472,14 +440,56 @@ static void test_threads(void **state) {
     tear_down(&one);
 }
 
+// The same in all bits; a solve that several threads are worth uses them.
+static void solve_changes(fixture *x, int n_thread) {
+    set_up_rock(x, 12, 10, 1);
+    assert_true(x->system.K.n_row > 2500);
+    x->options.reuse = true;
+    x->options.n_thread = n_thread;
+    solve_from_zero(x);
+    assert_int_equal(x->report.n_thread, n_thread);
+    change_contacts(&x->system, 5, 1);
+    solve_from_zero(x);
+    expect_converged(x);
+}
+
+// Several rows with a pivot that is not positive: the first one in order of elimination is named.
+static void solve_indefinite(fixture *x, int n_thread) {
+    set_up_rock(x, 10, 8, 1);
+    x->options.n_thread = n_thread;
+    for (int row = 100; row < x->system.K.n_row; row += 300)
+        add_spring(&x->system, row, x->system.K.col[x->system.K.row_start[row + 1] - 1],
+                   -0.9 * x->system.K.value[4 * x->system.K.diagonal[row]]);
+    solve_from_zero(x);
+    assert_int_equal(x->report.end, NMM_SOLVE_INDEFINITE);
+}
+
+// Blocks that nothing holds: the row with the smallest pivot is named.
+static void solve_singular(fixture *x, int n_thread) {
+    *x = (fixture){.context.n_thread = 1};
+    const rock wall = {.n_across = 30, .n_up = 3, .n_node = 5, .seed = 1};
+    test_system_rock(&x->context, &x->system, &wall);
+    open_solver(x);
+    x->options.n_thread = n_thread;
+    solve_from_zero(x);
+    assert_int_equal(x->report.end, NMM_SOLVE_INDEFINITE);
+}
+
+static void test_threads(void **state) {
+    (void)state;
+    expect_same_series(solve_changes);
+    expect_same_series(solve_indefinite);
+    expect_same_series(solve_singular);
+}
+
 // --- Memory
 
-static void test_no_memory(void **state) {
-    (void)state;
+static void fail_each_allocation(int n_across, int n_thread, int least_failures) {
     int failures = 0;
     for (long at = 0;; at++) {
         fixture x;
-        set_up_rock(&x, 2, 2, 1);
+        set_up_rock(&x, n_across, n_across, 1);
+        x.options.n_thread = n_thread;
         nmm_context own = x.context;
         test_failing hook = {.fail_at = at};
         x.context.allocate = test_failing_hook;
@@ -497,7 +507,13 @@ static void test_no_memory(void **state) {
         tear_down(&x);
         if (status == NMM_OK) break;
     }
-    assert_true(failures >= 4);
+    assert_true(failures >= least_failures);
+}
+
+static void test_no_memory(void **state) {
+    (void)state;
+    fail_each_allocation(2, 1, 12);
+    fail_each_allocation(8, 2, 12);
 }
 
 int main(void) {

@@ -106,7 +106,8 @@ static double angular_momentum(const nmm_sim *sim) {
         for (int k = 0; k < 9; k++) {
             const int i = model->element_cover[3 * e + k / 3];
             const int j = model->element_cover[3 * e + k % 3];
-            const double m = sim->system.element_mass[6 * (long)e + nmm_mass_index(k / 3, k % 3)];
+            const double m =
+                sim->system.element_mass[6 * (long)e + nmm_pair_index(3, k / 3, k % 3)];
             const double x = model->cover_place[2 * i] + sim->state.displacement[2 * i];
             const double y = model->cover_place[2 * i + 1] + sim->state.displacement[2 * i + 1];
             const double *v = sim->state.velocity + 2 * (long)j;

@@ -20,7 +20,7 @@ static double mean_velocity(const run *r, int block) {
         for (int k = 0; k < 9; k++) {
             const int j = model->element_cover[3 * e + k % 3];
             const double m =
-                r->sim->system.element_mass[6 * (long)e + nmm_mass_index(k / 3, k % 3)];
+                r->sim->system.element_mass[6 * (long)e + nmm_pair_index(3, k / 3, k % 3)];
             mass += m;
             momentum += m * r->sim->state.velocity[2 * j];
         }

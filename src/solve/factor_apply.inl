@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT
+//
+// Solving with a factor; compiled once for each kind of processor. Forward from the leaves to the
+// top, what is left of a front's right-hand side waiting where what is left of its matrix was;
+// back from the top to the leaves. Threads take the parts of the factor, then share large fronts;
+// each number is one sum in an order that fronts alone decide.
+
+// Numbers of L in a front that is worth sharing; rows and columns that a thread takes at a time.
+#define LARGE_FRONT 40000
+#define SOME_ROWS 128
+#define SOME_COLUMNS 16
+
+// Rows or unknowns copied at a time.
+#define SOME_UNKNOWNS 4096
+
+// --- Parts of a front
+
+// x = L^-1 x for the pivots; below -= L x in the first m rows below them.
+static void solve_forward(const nmm_front *front, const double *panel, double *x, double *below,
+                          int m) {
+    const int n = 2 * front->n_pivot;
+    for (int j = 0; j < n; j += 2) {
+        const double *a = panel + j * (long)front->stride, *b = a + front->stride;
+        const double u = x[j] * a[j], v = (x[j + 1] - a[j + 1] * u) * b[j + 1];
+        x[j] = u;
+        x[j + 1] = v;
+        int row = j + 2;
+        for (; row + LANE <= n; row += LANE)
+            SLOT(x + row) = SLOT(x + row) - SLOT_OF(a + row) * u - SLOT_OF(b + row) * v;
+        if (row < n) PAIR(x + row) = PAIR(x + row) - PAIR_OF(a + row) * u - PAIR_OF(b + row) * v;
+        a += n;
+        b += n;
+        for (int i = 0; i < m; i += LANE)
+            SLOT(below + i) = SLOT(below + i) - SLOT_OF(a + i) * u - SLOT_OF(b + i) * v;
+    }
+}
+
+// below -= L x in rows from .. to - 1 below the pivots.
+static void take_off_below(const nmm_front *front, const double *panel, const double *x,
+                           double *below, int from, int to) {
+    const int n = 2 * front->n_pivot;
+    for (int j = 0; j < n; j += 2) {
+        const double *a = panel + j * (long)front->stride + n, *b = a + front->stride;
+        const double u = x[j], v = x[j + 1];
+        for (int i = from; i < to; i += LANE)
+            SLOT(below + i) = SLOT(below + i) - SLOT_OF(a + i) * u - SLOT_OF(b + i) * v;
+    }
+}
+
+// Sum of n products, n a multiple of 4, in four running sums.
+static inline double dot_below(const double *a, const double *below, int n) {
+    lane_slot sum[4 / LANE] = {{0}};
+    for (int i = 0; i < n; i += 4)
+        for (int k = 0; k < 4 / LANE; k++)
+            sum[k] += SLOT_OF(a + i + LANE * k) * SLOT_OF(below + i + LANE * k);
+    double all[4];
+    memcpy(all, sum, sizeof all);
+    return (all[0] + all[1]) + (all[2] + all[3]);
+}
+
+// x -= L^T below for pivots from .. to - 1.
+static void take_off_pivots(const nmm_front *front, const double *panel, double *x,
+                            const double *below, int from, int to) {
+    for (int j = from; j < to; j++) {
+        const double *a = panel + j * (long)front->stride + 2 * front->n_pivot;
+        x[j] -= dot_below(a, below, front->padded);
+    }
+}
+
+// x = L^-T (x - L^T below) with the first m rows below, from the last pivots to the first.
+static void solve_backward(const nmm_front *front, const double *panel, double *x,
+                           const double *below, int m) {
+    const int n = 2 * front->n_pivot;
+    for (int j = n - 2; j >= 0; j -= 2) {
+        const double *a = panel + j * (long)front->stride, *b = a + front->stride;
+        double u = x[j] - dot_below(a + n, below, m), v = x[j + 1] - dot_below(b + n, below, m);
+        for (int i = j + 2; i < n; i++) {
+            u -= a[i] * x[i];
+            v -= b[i] * x[i];
+        }
+        x[j + 1] = v * b[j + 1];
+        x[j] = (u - a[j + 1] * x[j + 1]) * a[j];
+    }
+}
+
+// --- Fronts
+
+// What is left of the children's right-hand sides, into that of the pivots and below them.
+static void gather_below(const nmm_factor *f, const nmm_front *front, const own_stacks *own,
+                         double *x, double *below) {
+    memset(below, 0, (size_t)front->padded * sizeof(double));
+    for (int c = front->child; c >= 0; c = f->front[c].sibling) {
+        const nmm_front *child = &f->front[c];
+        const int *place = f->place + child->row;
+        const double *left = rest_of(f, child, own, 1);
+        int k = 0;
+        for (; k < child->n_row && place[k] < front->n_pivot; k++)
+            add_pair(x + 2 * place[k], left + 2 * k);
+        for (; k < child->n_row; k++)
+            add_pair(below + 2 * (place[k] - front->n_pivot), left + 2 * k);
+    }
+}
+
+static void go_forward(const nmm_factor *f, const nmm_front *front, const own_stacks *own) {
+    const double *panel = f->value + front->column;
+    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, own, 1);
+    gather_below(f, front, own, x, below);
+    solve_forward(front, panel, x, below, front->padded);
+}
+
+// What is known already of the rows below the pivots.
+static void fetch_below(const nmm_factor *f, const nmm_front *front, double *below) {
+    const int *row = f->row + front->row;
+    for (int k = 0; k < front->n_row; k++)
+        memcpy(below + 2 * k, f->x + 2 * (long)row[k], 2 * sizeof(double));
+    if (front->padded > 2 * front->n_row) memset(below + 2 * front->n_row, 0, 16);
+}
+
+static void go_back(const nmm_factor *f, const nmm_front *front, const own_stacks *own) {
+    const double *panel = f->value + front->column;
+    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, own, 1);
+    fetch_below(f, front, below);
+    solve_backward(front, panel, x, below, front->padded);
+}
+
+// --- Fronts that threads share
+
+static bool is_large(const nmm_front *front) {
+    const double n = 2.0 * front->n_pivot;
+    return n * (0.5 * n + front->padded) > LARGE_FRONT;
+}
+
+static void share_forward(const nmm_factor *f, const nmm_front *front, nmm_hand *h) {
+    const double *panel = f->value + front->column;
+    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, NULL, 1);
+    for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h)) {
+        gather_below(f, front, NULL, x, below);
+        solve_forward(front, panel, x, below, 0);
+    }
+    nmm_hand_join(h, 1);
+    const int n_turn = (front->padded + SOME_ROWS - 1) / SOME_ROWS;
+    for (int k = nmm_hand_take(h); k < n_turn; k = nmm_hand_take(h))
+        take_off_below(front, panel, x, below, k * SOME_ROWS,
+                       nmm_min_int((k + 1) * SOME_ROWS, front->padded));
+    nmm_hand_join(h, n_turn);
+}
+
+static void share_back(const nmm_factor *f, const nmm_front *front, nmm_hand *h) {
+    const int n = 2 * front->n_pivot, n_turn = (n + SOME_COLUMNS - 1) / SOME_COLUMNS;
+    const double *panel = f->value + front->column;
+    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, NULL, 1);
+    for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h))
+        fetch_below(f, front, below);
+    nmm_hand_join(h, 1);
+    for (int k = nmm_hand_take(h); k < n_turn; k = nmm_hand_take(h))
+        take_off_pivots(front, panel, x, below, k * SOME_COLUMNS,
+                        nmm_min_int((k + 1) * SOME_COLUMNS, n));
+    nmm_hand_join(h, n_turn);
+    for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h))
+        solve_backward(front, panel, x, below, 0);
+    nmm_hand_join(h, 1);
+}
+
+// A front above the parts: by all threads, or by the first that comes.
+static void pass_top(const nmm_factor *f, const nmm_front *front, bool back, nmm_hand *h) {
+    if (is_large(front)) {
+        (back ? share_back : share_forward)(f, front, h);
+        return;
+    }
+    for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h))
+        (back ? go_back : go_forward)(f, front, NULL);
+    nmm_hand_join(h, 1);
+}
+
+// --- All of it
+
+// Rows of one order into the other, some at a time.
+static void move_rows(const nmm_factor *f, const double *from, double *to, bool in, nmm_hand *h) {
+    const int n_turn = (f->n_row + SOME_UNKNOWNS - 1) / SOME_UNKNOWNS;
+    for (int turn = nmm_hand_take(h); turn < n_turn; turn = nmm_hand_take(h)) {
+        const int end = nmm_min_int((turn + 1) * SOME_UNKNOWNS, f->n_row);
+        for (int k = turn * SOME_UNKNOWNS; k < end; k++) {
+            const long there = 2 * (long)f->order[k], here = 2 * (long)k;
+            memcpy(to + (in ? here : there), from + (in ? there : here), 2 * sizeof(double));
+        }
+    }
+    nmm_hand_join(h, n_turn);
+}
+
+// A thread's part of all that.
+static void apply_share(const nmm_factor *f, const double *r, double *z, nmm_hand *h, int thread) {
+    const own_stacks own = stacks_of(f, thread);
+    move_rows(f, r, f->x, true, h);
+    for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
+        for (int i = f->part[k].first; i < f->part[k].end; i++)
+            go_forward(f, &f->front[i], &own);
+    nmm_hand_join(h, f->n_part);
+    for (int k = 0; k < f->n_top; k++)
+        pass_top(f, &f->front[f->top[k]], false, h);
+    for (int k = f->n_top - 1; k >= 0; k--)
+        pass_top(f, &f->front[f->top[k]], true, h);
+    for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
+        for (int i = f->part[k].end - 1; i >= f->part[k].first; i--)
+            go_back(f, &f->front[i], &own);
+    nmm_hand_join(h, f->n_part);
+    move_rows(f, f->x, z, false, h);
+}
+
+static void apply_factor(const nmm_factor *f, const double *r, double *z) {
+    nmm_team *team = f->team;
+    const int n_thread = f->n_thread;
+    atomic_store(&team->ticket, 0);
+    if (n_thread == 1) {
+        nmm_hand alone = {.team = team, .n = 1};
+        apply_share(f, r, z, &alone, 0);
+        return;
+    }
+#pragma omp parallel num_threads(n_thread)
+    {
+        nmm_hand h = {.team = team, .n = omp_get_num_threads()};
+        apply_share(f, r, z, &h, omp_get_thread_num());
+    }
+}

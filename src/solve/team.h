@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+//
+// Threads of one OpenMP region that share loops, some of them all together and some each by itself,
+// with the same text for one thread alone. Turns of a loop are taken one after the other as threads
+// get to them, so that one that is kept from work by others holds up little. What a turn computes
+// must not depend on who takes it.
+
+#ifndef NMM_TEAM_H
+#define NMM_TEAM_H
+
+#include "barrier.h"
+
+/// Zero before each region.
+typedef struct nmm_team {
+    nmm_barrier barrier;
+    _Alignas(64) atomic_int ticket;
+    _Alignas(64) atomic_int least; // what threads found, see nmm_team_report
+} nmm_team;
+
+/// A thread's place in its team. n = 1: alone, without a team.
+typedef struct nmm_hand {
+    nmm_team *team;
+    int n;
+    int base; // tickets of the loops before
+} nmm_hand;
+
+/// A shared loop: for (int k = nmm_hand_take(h); k < n; k = nmm_hand_take(h)) ...; then
+/// nmm_hand_join(h, n), which returns when all turns of all threads are done.
+static inline int nmm_hand_take(nmm_hand *hand) {
+    if (hand->n == 1) return hand->base++;
+    return atomic_fetch_add_explicit(&hand->team->ticket, 1, memory_order_relaxed) - hand->base;
+}
+
+static inline void nmm_hand_join(nmm_hand *hand, int n) {
+    if (hand->n == 1) {
+        hand->base = 0;
+        return;
+    }
+    // Each thread has taken one ticket too many.
+    hand->base += n + hand->n;
+    nmm_barrier_wait(&hand->team->barrier);
+}
+
+#endif
