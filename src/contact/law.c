@@ -44,36 +44,44 @@ static bool measure(const nmm_model *model, const nmm_state *state, nmm_contact 
     return c->bonded || !passes_corner(model, state, c, &e, foot);
 }
 
-nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
-                                   const nmm_contact *contact) {
-    nmm_contact_row row;
+// For elements with m functions; a constant m makes straight code of it.
+static inline void fill_row(const nmm_model *model, const nmm_state *state,
+                            const nmm_contact *contact, int m, nmm_contact_row *row) {
     const int v = contact->vertex, k = contact->edge;
     const nmm_edge_line e = nmm_edge_line_of(model, state, k);
     const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, v), e.p);
     const double a = nmm_vec2_dot(e.t, off) / e.length;
     const double turn = nmm_vec2_dot(e.n, off) / e.length;
-    const int m = model->n_local;
     const double *wv = model->edge_weight + 2 * m * (long)v;
     const double *we = model->edge_weight + 2 * m * (long)k;
     const int *cv = model->element_cover + m * (long)model->edge_element[v];
     const int *ce = model->element_cover + m * (long)model->edge_element[k];
     for (int i = 0; i < m; i++) {
-        row.cover[i] = cv[i];
-        row.cover[m + i] = ce[i];
-        row.normal[i][0] = wv[i] * e.n.x;
-        row.normal[i][1] = wv[i] * e.n.y;
-        row.shear[i][0] = wv[i] * e.t.x;
-        row.shear[i][1] = wv[i] * e.t.y;
+        row->cover[i] = cv[i];
+        row->cover[m + i] = ce[i];
+        row->normal[i][0] = wv[i] * e.n.x;
+        row->normal[i][1] = wv[i] * e.n.y;
+        row->shear[i][0] = wv[i] * e.t.x;
+        row->shear[i][1] = wv[i] * e.t.y;
         // d gap = n . (dp0 - (1 - a) dp1 - a dp2): exact, the turn of n included.
         const double at_foot = (1 - a) * we[i] + a * we[m + i];
-        row.normal[m + i][0] = -at_foot * e.n.x;
-        row.normal[m + i][1] = -at_foot * e.n.y;
+        row->normal[m + i][0] = -at_foot * e.n.x;
+        row->normal[m + i][1] = -at_foot * e.n.y;
         // d slip = t . (dp0 - (1 - b) dp1 - b dp2) + g/L n . (dp2 - dp1), b the anchor.
         const double at_anchor = (1 - contact->anchor) * we[i] + contact->anchor * we[m + i];
         const double turned = turn * (we[m + i] - we[i]);
-        row.shear[m + i][0] = -at_anchor * e.t.x + turned * e.n.x;
-        row.shear[m + i][1] = -at_anchor * e.t.y + turned * e.n.y;
+        row->shear[m + i][0] = -at_anchor * e.t.x + turned * e.n.x;
+        row->shear[m + i][1] = -at_anchor * e.t.y + turned * e.n.y;
     }
+}
+
+nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
+                                   const nmm_contact *contact) {
+    nmm_contact_row row;
+    if (model->n_local == 3)
+        fill_row(model, state, contact, 3, &row);
+    else
+        fill_row(model, state, contact, model->n_local, &row);
     return row;
 }
 
@@ -213,22 +221,40 @@ nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const
     return verdict;
 }
 
-bool nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double allowed) {
-    if (!search->options.augmented) return false;
-    bool raised = false;
+// Part of a force that a spring holds, by its way; ways of rounding hold nothing.
+static double share_of(double way, double stiffness, double force, double rounding) {
+    return fabs(way) > rounding ? fabs(way) * stiffness / force : 0;
+}
+
+double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model,
+                        const nmm_state *state) {
+    const double rounding = 1e-14 * model->height;
+    double largest = 0, worst = 0;
+    if (!search->options.augmented) return 0;
+    for (int k = 0; k < state->n_contact; k++) {
+        const nmm_contact *c = &state->contact[k];
+        if (!c->hasty) largest = nmm_max(largest, fabs(c->normal_force) + fabs(c->shear_force));
+    }
+    for (int k = 0; k < state->n_contact; k++) {
+        const nmm_contact *c = &state->contact[k];
+        if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
+        const double own = fabs(c->normal_force) + fabs(c->shear_force);
+        const double force = nmm_max(own, 1e-3 * largest);
+        const double slip = c->mode == NMM_CONTACT_STICK ? c->slip : 0;
+        worst = nmm_max(worst, share_of(c->gap - c->rest, c->normal_stiffness, force, rounding));
+        worst = nmm_max(worst, share_of(slip, c->shear_stiffness, force, rounding));
+    }
+    return worst;
+}
+
+void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state) {
+    if (!search->options.augmented) return;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *c = &state->contact[k];
-        if (c->mode == NMM_CONTACT_OPEN) continue;
-        if (fabs(c->gap - c->rest) > allowed) {
-            c->carried_normal = c->normal_force;
-            raised = true;
-        }
-        if (c->mode == NMM_CONTACT_STICK && fabs(c->slip) > allowed) {
-            c->carried_shear = c->shear_force;
-            raised = true;
-        }
+        if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
+        c->carried_normal = c->normal_force;
+        if (c->mode == NMM_CONTACT_STICK) c->carried_shear = c->shear_force;
     }
-    return raised;
 }
 
 // --- Accepted
@@ -256,9 +282,11 @@ static void commit_open(nmm_contact *c, double length) {
 static double stored_in(const nmm_contact_search *search, const nmm_contact *c) {
     if (c->mode == NMM_CONTACT_OPEN) return 0;
     if (!search->options.augmented) return energy_of(c, c->normal_force, c->shear_force);
+    // What the forces give back on the way to no overlap and no slip; there they are carried alone.
     const double slip = c->mode == NMM_CONTACT_STICK ? c->slip : 0;
     const double overlap = c->gap - c->rest;
-    return 0.5 * c->normal_stiffness * overlap * overlap + 0.5 * c->shear_stiffness * slip * slip;
+    return (0.5 * c->normal_stiffness * overlap - c->carried_normal) * overlap +
+           (0.5 * c->shear_stiffness * slip - c->carried_shear) * slip;
 }
 
 void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model, nmm_state *state,

@@ -150,6 +150,11 @@ static inline int nmm_cut_order(const nmm_cut *cut) {
     return nmm_cut_whole_blocks(cut) ? 0 : cut->scene->settings.order;
 }
 
+/// Order > 0: model->tie_element from the covers of the elements.
+nmm_status nmm_cut_ties(nmm_context *context, nmm_model *model);
+/// Order > 0: model->tie_gram, as the samples are filled.
+nmm_status nmm_cut_fill_ties(nmm_context *context, nmm_model *model);
+
 /// Write the draft into the model.
 nmm_status nmm_cut_fill_model(nmm_cut *cut, nmm_model *model);
 

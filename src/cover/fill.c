@@ -320,7 +320,11 @@ nmm_status nmm_cut_fill_model(nmm_cut *cut, nmm_model *model) {
     if (model->whole_blocks) TRY(measure_blocks(cut, model));
     TRY(fill_covers(cut, model));
     fill_cover_elements(model);
-    if (model->order > 0) nmm_cut_fill_samples(cut, model);
+    if (model->order > 0) {
+        nmm_cut_fill_samples(cut, model);
+        TRY(nmm_cut_ties(cut->context, model));
+        TRY(nmm_cut_fill_ties(cut->context, model));
+    }
     fill_points(cut, model);
     fill_vertices(cut, model);
     TRY(copy_block_names(cut, model));

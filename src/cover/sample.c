@@ -221,3 +221,42 @@ void nmm_cut_fill_samples(const nmm_cut *cut, nmm_model *model) {
             fill_piece(cut, model, e, p, rules);
     }
 }
+
+// --- Ties
+
+// Adds the products of the jump over the triangle of element `on`.
+static void add_jump(const nmm_model *model, int t, int on, const rule *r) {
+    const int m = model->n_local, n = 2 * m, *pair = model->tie_element + 2 * (long)t;
+    const int *node = model->element_cover + m * (long)on;
+    const double *g = model->element_gradient + 6 * (long)on;
+    const double area = 0.5 / (g[0] * g[3] - g[1] * g[2]);
+    double *gram = model->tie_gram + (long)t * n * (n + 1) / 2;
+    for (int k = 0; k < r->n; k++) {
+        nmm_vec2 place = {0, 0};
+        for (int i = 0; i < 3; i++) {
+            place.x += r->at[k][i] * model->cover_place[2 * (long)node[i]];
+            place.y += r->at[k][i] * model->cover_place[2 * (long)node[i] + 1];
+        }
+        double jump[2 * NMM_MOST_LOCAL] = {0};
+        nmm_element_weights(model, pair[0], place, jump);
+        nmm_element_weights(model, pair[1], place, jump + m);
+        for (int i = 0; i < m; i++)
+            jump[m + i] = -jump[m + i];
+        for (int i = 0, at = 0; i < n; i++) {
+            for (int j = i; j < n; j++)
+                gram[at++] += r->weight[k] * area * jump[i] * jump[j];
+        }
+    }
+}
+
+nmm_status nmm_cut_fill_ties(nmm_context *context, nmm_model *model) {
+    const size_t n = 2 * (size_t)model->n_local, n_pair = n * (n + 1) / 2;
+    if (model->n_tie == 0) return NMM_OK;
+    TRY(nmm_allocate(context, &model->tie_gram, (size_t)model->n_tie * n_pair, sizeof(double)));
+    const rule r = product_rule(model->order);
+    for (int t = 0; t < model->n_tie; t++) {
+        add_jump(model, t, model->tie_element[2 * (long)t], &r);
+        add_jump(model, t, model->tie_element[2 * (long)t + 1], &r);
+    }
+    return NMM_OK;
+}

@@ -15,17 +15,18 @@
 // x, y and body of each cover, in model coordinates.
 static nmm_status write_places(nmm_sim *sim, const char *path) {
     const nmm_model *model = &sim->model;
+    const int *body = nmm_system_body(&sim->system, model);
     const nmm_market_head head = {
         .n_row = model->n_cover,
         .n_column = 3,
         .comment = "a row for each cover, which is two rows of the matrix:\n"
-                   "x and y [m] of its lattice node, number of its block from 0\n"};
+                   "x and y [m] of its lattice node, number of its block from 0; -1: no part\n"
+                   "in rigid motions\n"};
     nmm_replacement file = {0};
     nmm_status status = nmm_market_open(&sim->context, &file, path, &head);
     for (int i = 0; status == NMM_OK && i < 3 * model->n_cover; i++) {
         const int c = i % model->n_cover, column = i / model->n_cover;
-        const double value =
-            column < 2 ? model->cover_place[2 * c + column] : (double)model->cover_block[c];
+        const double value = column < 2 ? model->cover_place[2 * c + column] : (double)body[c];
         nmm_market_value(&file, value);
     }
     if (status == NMM_OK) status = nmm_replacement_commit(&file);

@@ -98,9 +98,9 @@ static nmm_status take_places(nmm_context *context, nmm_linear *system, const nm
         const double body = table->value[2 * (long)n + row];
         system->place[2 * row] = table->value[row];
         system->place[2 * row + 1] = table->value[n + row];
-        if (!(body >= 0 && body < n) || body != floor(body)) {
+        if (!(body >= -1 && body < n) || body != floor(body)) {
             return nmm_fail(context, NMM_ERROR_INPUT,
-                            "%s: body of row %d must be a whole number from 0 to %d, found %.17g",
+                            "%s: body of row %d must be a whole number from -1 to %d, found %.17g",
                             path, row + 1, n - 1, body);
         }
         system->body[row] = (int)body;

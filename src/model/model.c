@@ -36,6 +36,8 @@ void nmm_model_destroy(nmm_context *context, nmm_model *model) {
 #define FIELD(type, name, count, width, unit, meaning) nmm_release(context, &model->name);
 #include "model_fields.inl"
 #undef FIELD
+    nmm_release(context, &model->tie_element);
+    nmm_release(context, &model->tie_gram);
     nmm_release(context, &model->material);
     nmm_release(context, &model->interface);
     nmm_release(context, &model->support);
@@ -70,28 +72,27 @@ void nmm_state_destroy(nmm_context *context, nmm_state *state) {
     *state = (nmm_state){0};
 }
 
-// Points with m functions each; a constant m makes the sums short code without loops.
-static inline void place_points(const nmm_model *model, nmm_state *state, int n_thread, int m) {
-    const int n_point = model->n_point;
-    const double *d = state->displacement;
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_point > 4096)
-    for (int p = 0; p < n_point; p++) {
-        const int *c = model->element_cover + m * (long)model->point_element[p];
-        const double *w = model->point_weight + m * (long)p;
-        for (int k = 0; k < 2; k++) {
-            double place = model->point[2 * p + k];
-            for (int i = 0; i < m; i++)
-                place += w[i] * d[2 * c[i] + k];
-            state->position[2 * p + k] = place;
-        }
+// Place of point p of an element with m functions; a constant m makes straight code of it.
+static inline void place_point(const nmm_model *model, nmm_state *state, int p, int m) {
+    const int *c = model->element_cover + m * (long)model->point_element[p];
+    const double *w = model->point_weight + m * (long)p, *d = state->displacement;
+    for (int k = 0; k < 2; k++) {
+        double place = model->point[2 * p + k];
+        for (int i = 0; i < m; i++)
+            place += w[i] * d[2 * c[i] + k];
+        state->position[2 * p + k] = place;
     }
 }
 
 void nmm_state_place(const nmm_model *model, nmm_state *state, int n_thread) {
-    if (model->order == 0)
-        place_points(model, state, n_thread, 3);
-    else
-        place_points(model, state, n_thread, model->n_local);
+    const int n_point = model->n_point, m = model->n_local;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_point > 4096)
+    for (int p = 0; p < n_point; p++) {
+        if (m == 3)
+            place_point(model, state, p, 3);
+        else
+            place_point(model, state, p, m);
+    }
 }
 
 static nmm_status check_finite(nmm_context *context, const char *stage, const char *name, long n,

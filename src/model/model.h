@@ -91,6 +91,7 @@ typedef struct nmm_model {
     int order;    // of the cover functions: 0, 1, 2; whole blocks have linear functions only: 0
     int n_local;  // functions of an element: 3, 6, 10
     int n_sample; // order > 0: places where elements are integrated, else 0
+    int n_tie;    // order > 0: slivers tied to a neighbour
     int n_block, n_material, n_interface, n_support, n_support_group, n_hold, n_load, n_monitor,
         n_history;
     nmm_vec2 origin;   // [m] coordinates of the scene = coordinates of the model + origin
@@ -103,6 +104,9 @@ typedef struct nmm_model {
 #include "model_fields.inl"
 #undef FIELD
 
+    int *tie_element; // [n_tie][2] a sliver and its neighbour; NULL where there are none
+    double *tie_gram; // [n_tie][pairs of 2 n_local] m2: products of the functions of the first and
+                      // minus those of the second over both triangles
     nmm_material *material;
     nmm_interface *interface; // entry 0: contacts that no joint names
     nmm_support *support;
@@ -149,6 +153,8 @@ typedef struct nmm_contact {
     double slid;           // [m] length slid since the contact came to be, never falls
     nmm_contact_mode mode_before; // at the evaluation before the last
     bool breaking;                // the bond gave way in this try of the step
+    bool hasty;                   // augmented: the step is too short for carried forces to follow
+    double force_before;          // [N] augmented: pressure at the end of the step before the last
     double bond_energy;           // [J] stored when it gave way
 } nmm_contact;
 

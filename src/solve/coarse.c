@@ -55,9 +55,10 @@ static nmm_status reserve_rows(nmm_context *context, nmm_coarse *c, int n) {
 
 // --- Parts
 
-// Row of the caller for a row of the iteration; -1: empty.
+// Row of the caller for a row of the iteration; -1: empty, or it has no part in rigid motions.
 static int row_of(const nmm_coarse_source *s, int i) {
-    return s->order != NULL ? s->order[i] : i;
+    const int row = s->order != NULL ? s->order[i] : i;
+    return row >= 0 && s->body[row] >= 0 ? row : -1;
 }
 
 typedef struct body_box {
@@ -187,7 +188,7 @@ static int visit(const nmm_coarse *c, const nmm_coarse_source *s, int from, int 
             const int i = c->row[k];
             for (int e = s->row_start[i]; e < s->row_start[i + 1]; e++) {
                 const int q = c->part[s->col[e]];
-                if (met[q] >= mark) continue;
+                if (q < 0 || met[q] >= mark) continue;
                 met[q] = mark;
                 c->queue[end++] = q;
             }
@@ -222,8 +223,10 @@ static void outline_factor(nmm_coarse *c, const nmm_coarse_source *s) {
         int least = p;
         for (int k = c->start[p]; k < c->start[p + 1]; k++) {
             const int i = c->row[k];
-            for (int e = s->row_start[i]; e < s->row_start[i + 1]; e++)
-                least = nmm_min_int(least, c->part[s->col[e]]);
+            for (int e = s->row_start[i]; e < s->row_start[i + 1]; e++) {
+                const int q = c->part[s->col[e]];
+                if (q >= 0) least = nmm_min_int(least, q);
+            }
         }
         for (int r = 3 * p; r < 3 * p + 3; r++) {
             const double length = r - 3 * least;

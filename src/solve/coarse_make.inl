@@ -28,7 +28,7 @@ static void project_part(nmm_coarse *c, const nmm_coarse_source *s, int p) {
         const int i = c->row[k];
         for (int e = s->row_start[i]; e < s->row_start[i + 1]; e++) {
             const int j = s->col[e], q = c->part[j];
-            if (q > p) continue;
+            if (q < 0 || q > p) continue;
             double a[3][3];
             project_block(s->value + 4 * (long)e, c->arm + 2 * (long)i, c->arm + 2 * (long)j, a);
             for (int x = 0; x < 3; x++) {

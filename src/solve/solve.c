@@ -7,6 +7,7 @@
 
 #include "barrier.h"
 #include "direct.h"
+#include "gauss.h"
 
 #include <math.h>
 #include <string.h>
@@ -147,6 +148,7 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
     nmm_clusters_destroy(context, &s->clusters);
     nmm_coarse_destroy(context, &s->coarse);
     nmm_direct_destroy(context, &s->direct);
+    nmm_gauss_destroy(context, &s->gauss);
     nmm_release(context, solver);
 }
 
@@ -223,9 +225,9 @@ static nmm_status check_hints(nmm_context *context, int n_row, const nmm_solve_o
         if (!(fabs(x) <= FARTHEST && fabs(y) <= FARTHEST)) {
             return nmm_fail(context, NMM_ERROR_ARGUMENT, "place of row %d is (%g, %g)", row, x, y);
         }
-        if (o->body[row] < 0 || o->body[row] >= n_row) {
+        if (o->body[row] < -1 || o->body[row] >= n_row) {
             return nmm_fail(context, NMM_ERROR_ARGUMENT,
-                            "body of row %d is %d, which is not within 0 .. %d", row, o->body[row],
+                            "body of row %d is %d, which is not within -1 .. %d", row, o->body[row],
                             n_row - 1);
         }
     }

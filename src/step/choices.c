@@ -84,7 +84,12 @@ static void say_features(text *out, const nmm_sim *sim) {
     const nmm_costs *costs = &sim->costs;
     const bool contact = sim->search != NULL;
     const bool augmented = contact && set->contact_method == NMM_CONTACT_AUGMENTED;
+    char ties[64];
+    snprintf(ties, sizeof ties, "%d slivers are tied to their neighbours", model->n_tie);
     const feature list[] = {
+        {"curved elements", model->order > 0, "covers.order above 0: strain varies within elements",
+         "linear functions: one strain for each element", costs->curved_bytes, 0},
+        {"ties", model->n_tie > 0, ties, "no slivers of curved elements", costs->tie_bytes, 0},
         {"contact", contact, "boundaries can meet: several blocks, or a crack",
          "one block without a crack: no search, no contact memory", costs->contact_bytes,
          costs->contact_seconds},

@@ -42,13 +42,29 @@ static nmm_status weigh_contact(nmm_sim *sim, nmm_costs *costs) {
     return status;
 }
 
+// What order 0 does without.
+static double curved_bytes(const nmm_model *model) {
+    const double m = model->n_local, n_pair = m * (m + 1) / 2;
+    if (model->order == 0) return 0;
+    return sizeof(double) * (7.0 * model->n_sample + (4 * m * m + n_pair) * model->n_element);
+}
+
+static double tie_bytes(const nmm_sim *sim) {
+    const double m = sim->model.n_local, n_base = sim->system.base_start[sim->model.n_cover];
+    if (sim->model.n_tie == 0) return 0;
+    return sizeof(double) * (m * (2 * m + 1) * sim->model.n_tie + 2 * n_base);
+}
+
 nmm_status nmm_costs_weigh(nmm_sim *sim, nmm_costs *costs) {
     const nmm_model *model = &sim->model;
     const double n = model->n_cover, number = sizeof(double);
     const double point = 3 * sizeof(float) * (double)model->n_point;
     *costs = (nmm_costs){
         .known = true,
-        .mean_bytes = number * (3.0 * model->n_element + 2 * n + 2.0 * model->n_support),
+        .curved_bytes = curved_bytes(model),
+        .tie_bytes = tie_bytes(sim),
+        .mean_bytes = number * (3.0 * (model->order > 0 ? model->n_sample : model->n_element) +
+                                2 * n + 2.0 * model->n_support),
         .hold_bytes = (1 + 2 * number) * n,
         .displacement_bytes = point,
         .velocity_bytes = point,

@@ -108,6 +108,27 @@ static element_sums sum_element(const nmm_sim *sim, int e, double h) {
                                  : sum_functions(sim, e, h, sim->model.n_local);
 }
 
+// Ties of slivers have an energy and a mass too.
+static void add_ties(const nmm_sim *sim, double h, element_sums *sums) {
+    const nmm_system *system = &sim->system;
+    const nmm_state *state = &sim->state;
+    const int n = sim->model.n_cover;
+    const double *K = system->tie_stiffness, *M = system->tie_mass;
+    const double *v1 = state->velocity, *v0 = sim->start_velocity, *way = sim->moved;
+    if (sim->model.n_tie == 0) return;
+    const double *d = state->displacement;
+    sums->kinetic += 0.5 * nmm_ties_product(system, n, M, v1, v1);
+    sums->strain += 0.5 * nmm_ties_product(system, n, K, d, d);
+    if (!(h > 0)) return;
+    for (int i = 0; i < 2 * n; i++)
+        sums->inner += system->tie_force[i] * way[i];
+    // Velocities of the scheme: 2 way / h - v0 at the end, whose change takes the time h.
+    const double of_way = nmm_ties_product(system, n, M, way, way);
+    const double of_start = nmm_ties_product(system, n, M, way, v0);
+    sums->inertia += 2 / (h * h) * of_way - 2 / h * of_start;
+    sums->damping += system->damping * (2 / h * of_way - of_start);
+}
+
 static element_sums sum_elements(const nmm_sim *sim, double h) {
     enum { GROUP = 64 };
     const int n = sim->model.n_element, n_thread = sim->context.n_thread;
@@ -125,6 +146,7 @@ static element_sums sum_elements(const nmm_sim *sim, double h) {
         for (int k = 0; k < n_part; k++)
             total = add_sums(total, part[k]);
     }
+    add_ties(sim, h, &total);
     return total;
 }
 

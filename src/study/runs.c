@@ -69,7 +69,7 @@ static nmm_status copy_system(nmm_context *context, const nmm_sim *sim, nmm_line
     TRY(copy(context, &s->f, sim->system.residual, n, 2 * sizeof(double)));
     TRY(copy(context, &s->guess, sim->system.change, n, 2 * sizeof(double)));
     TRY(copy(context, &s->place, sim->model.cover_place, n, 2 * sizeof(double)));
-    TRY(copy(context, &s->body, sim->model.cover_block, n, sizeof(int)));
+    TRY(copy(context, &s->body, nmm_system_body(&sim->system, &sim->model), n, sizeof(int)));
     return nmm_allocate(context, &s->u, n, 2 * sizeof(double));
 }
 
@@ -86,6 +86,7 @@ static nmm_status catch_system(nmm_sim *sim, const nmm_solve_options *options) {
     captured->options.place = captured->system.place;
     captured->options.body = captured->system.body;
     captured->options.reuse = false;
+    captured->options.coupling = NULL; // the symmetric part is what all methods solve
     captured->unknowns = captured->system.order;
     if (status != NMM_OK) sim->context.error = c->bench->context.error;
     return status;

@@ -27,12 +27,16 @@ static int find_column(const int *col_of, int begin, int end, int col) {
     return begin;
 }
 
+int nmm_system_entry(const nmm_system *system, int c, int col) {
+    return find_column(system->base_col, system->base_start[c], system->base_start[c + 1], col);
+}
+
 // --- Constant part
 
 // Columns of row c into scratch, ascending, without repetition; returns how many.
-static int columns_of_cover(const nmm_model *model, int c, int *scratch) {
+static int columns_of_cover(const nmm_system *system, const nmm_model *model, int c, int *scratch) {
     const int m = model->n_local;
-    int n = 0;
+    int n = nmm_ties_columns(system, model, c, scratch);
     for (int k = model->cover_start[c]; k < model->cover_start[c + 1]; k++) {
         const int *cover = model->element_cover + m * (long)(model->cover_element[k] / m);
         for (int j = 0; j < m; j++)
@@ -49,17 +53,21 @@ static int columns_of_cover(const nmm_model *model, int c, int *scratch) {
 static nmm_status build_base(nmm_context *context, nmm_system *system, const nmm_model *model) {
     const int n = model->n_cover, m = model->n_local;
     const size_t n_slot = (size_t)model->n_element * (size_t)(m * m);
+    const size_t n_tied = (size_t)model->n_tie * (size_t)(4 * m * m);
     int longest = 0;
     for (int c = 0; c < n; c++) {
-        longest = nmm_max_int(longest, model->cover_start[c + 1] - model->cover_start[c]);
+        const int n_tie =
+            system->tie_start != NULL ? system->tie_start[c + 1] - system->tie_start[c] : 0;
+        longest =
+            nmm_max_int(longest, model->cover_start[c + 1] - model->cover_start[c] + 2 * n_tie);
     }
     TRY(nmm_allocate(context, &system->base_start, (size_t)n + 1, sizeof(int)));
-    TRY(nmm_allocate(context, &system->base_col, n_slot, sizeof(int)));
+    TRY(nmm_allocate(context, &system->base_col, n_slot + n_tied, sizeof(int)));
     TRY(nmm_allocate(context, &system->base_slot, n_slot, sizeof(int)));
     int *scratch = NULL;
     TRY(nmm_allocate(context, &scratch, (size_t)m * (size_t)longest + 1, sizeof(int)));
     for (int c = 0; c < n; c++) {
-        const int kept = columns_of_cover(model, c, scratch);
+        const int kept = columns_of_cover(system, model, c, scratch);
         memcpy(system->base_col + system->base_start[c], scratch, (size_t)kept * sizeof(int));
         system->base_start[c + 1] = system->base_start[c] + kept;
     }
@@ -68,9 +76,7 @@ static nmm_status build_base(nmm_context *context, nmm_system *system, const nmm
         const int *cover = model->element_cover + m * (long)e;
         for (int k = 0; k < m * m; k++) {
             const int row = cover[k / m];
-            system->base_slot[m * m * (long)e + k] =
-                find_column(system->base_col, system->base_start[row], system->base_start[row + 1],
-                            cover[k % m]);
+            system->base_slot[m * m * (long)e + k] = nmm_system_entry(system, row, cover[k % m]);
         }
     }
     return NMM_OK;
@@ -168,6 +174,19 @@ static nmm_status build_holds(nmm_context *context, nmm_system *system, const nm
     return NMM_OK;
 }
 
+// Order > 0: only covers of nodes take part in rigid motions.
+static nmm_status build_bodies(nmm_context *context, nmm_system *system, const nmm_model *model) {
+    if (model->order == 0) return NMM_OK;
+    TRY(nmm_allocate(context, &system->body, (size_t)model->n_cover, sizeof(int)));
+    for (int c = 0; c < model->n_cover; c++)
+        system->body[c] = -1;
+    for (int k = 0; k < 3 * model->n_element; k++) {
+        const int c = model->element_cover[model->n_local * (long)(k / 3) + k % 3];
+        system->body[c] = model->cover_block[c];
+    }
+    return NMM_OK;
+}
+
 // What each residual and each matrix fills.
 static nmm_status allocate_passes(nmm_context *context, nmm_system *system,
                                   const nmm_model *model) {
@@ -208,19 +227,25 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
         TRY(nmm_allocate(context, &system->start_reaction, 2 * (size_t)model->n_support,
                          sizeof(double)));
     }
+    TRY(nmm_ties_list(context, system, model));
     TRY(build_base(context, system, model));
     const size_t n_pair = (size_t)(model->n_local * (model->n_local + 1) / 2);
     TRY(nmm_allocate(context, &system->element_mass, n_element * n_pair, sizeof(double)));
     TRY(nmm_allocate(context, &system->base_mass, (size_t)system->base_start[n], sizeof(double)));
     TRY(nmm_allocate(context, &system->cover_mass, n, sizeof(double)));
     build_mass(system, model, settings->mass == NMM_MASS_LUMPED);
+    TRY(nmm_ties_fill(context, system, model));
     TRY(nmm_allocate(context, &system->elastic, (size_t)model->n_material, sizeof(nmm_elastic)));
     for (int m = 0; m < model->n_material; m++)
         system->elastic[m] = nmm_elastic_of(&model->material[m]);
+    if (settings->contact_method == NMM_CONTACT_AUGMENTED) {
+        TRY(nmm_system_measure(context, system, model));
+    }
     TRY(build_supports(context, system, model));
     TRY(list_by_cover(context, model, model->n_vertex, model->edge_element, &system->edge_start,
                       &system->cover_edge));
     TRY(build_holds(context, system, model));
+    TRY(build_bodies(context, system, model));
     TRY(nmm_couples_create(context, &system->couples, model));
     system->K.n_row = model->n_cover;
     return allocate_passes(context, system, model);
@@ -228,26 +253,56 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
 
 void nmm_system_destroy(nmm_context *context, nmm_system *system) {
     void *owned[] = {
-        &system->K.row_start,   &system->K.col,
-        &system->K.value,       &system->K.diagonal,
-        &system->residual,      &system->change,
-        &system->base_start,    &system->base_col,
-        &system->base_slot,     &system->element_mass,
-        &system->base_mass,     &system->cover_mass,
-        &system->elastic,       &system->support_start,
-        &system->cover_support, &system->edge_start,
-        &system->cover_edge,    &system->fixed,
-        &system->reaction,      &system->place,
-        &system->column,        &system->start_stress,
-        &system->start_load,    &system->start_reaction,
-        &system->row_room,      &system->piola,
-        &system->element_force, &system->acceleration,
-        &system->load,          &system->support_force,
-        &system->pull,          &system->edge_force,
-        &system->contact_force, &system->scale,
-        &system->stiffness,     &system->base_value,
-        &system->spring,        &system->mode,
-        &system->spring_mode,   &system->curved_stiffness,
+        &system->K.row_start,
+        &system->K.col,
+        &system->K.value,
+        &system->K.diagonal,
+        &system->residual,
+        &system->change,
+        &system->base_start,
+        &system->base_col,
+        &system->base_slot,
+        &system->element_mass,
+        &system->base_mass,
+        &system->cover_mass,
+        &system->elastic,
+        &system->support_start,
+        &system->cover_support,
+        &system->edge_start,
+        &system->cover_edge,
+        &system->fixed,
+        &system->reaction,
+        &system->place,
+        &system->column,
+        &system->start_stress,
+        &system->start_load,
+        &system->start_reaction,
+        &system->row_room,
+        &system->piola,
+        &system->element_force,
+        &system->acceleration,
+        &system->load,
+        &system->support_force,
+        &system->pull,
+        &system->edge_force,
+        &system->contact_force,
+        &system->scale,
+        &system->cover_give,
+        &system->stiffness,
+        &system->base_value,
+        &system->spring,
+        &system->mode,
+        &system->spring_mode,
+        &system->body,
+        &system->tie_start,
+        &system->cover_tie,
+        &system->tie_stiffness,
+        &system->tie_mass,
+        &system->tie_force,
+        &system->curved_stiffness,
+        &system->coupling.row,
+        &system->coupling.push,
+        &system->coupling.pull,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);

@@ -203,6 +203,9 @@ static void add_inner(const nmm_system *system, const nmm_model *model, int c, d
         force[0] += of_element[0];
         force[1] += of_element[1];
     }
+    if (model->n_tie == 0) return;
+    force[0] += system->tie_force[2 * (long)c];
+    force[1] += system->tie_force[2 * (long)c + 1];
 }
 
 static void add_inertia(const nmm_system *system, int c, double force[2]) {
@@ -261,6 +264,7 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
     const int n_thread = context->n_thread, n = model->n_cover;
     NMM_ASSERT(system->couples.n_contact == state->n_contact);
     elements_pass(system, model, state, step, n_thread);
+    nmm_ties_force(system, model, state, step->moved, n_thread);
     acceleration_pass(system, model, state, step);
     supports_pass(system, model, state, step->end);
     if (state->n_contact > 0) {

@@ -50,14 +50,21 @@ typedef struct nmm_system {
     double *element_mass;       // [n_element][pairs] kg, by nmm_pair_index; diagonal when lumped
     double *base_mass;          // [n_base] kg, the same by entry of base_col
     double *cover_mass;         // [n_cover] kg, row sums
-    nmm_elastic *elastic;       // [n_material]
+    double *cover_give; // [n_cover][2] stiffness of its elements N/m, mass kg; NULL: not augmented
+    nmm_elastic *elastic;               // [n_material]
     int *support_start, *cover_support; // n_local * support + place of the cover, by cover
     int *edge_start,
-        *cover_edge;      // n_local * loop edge + place of the cover in its element, by cover
-    double *reaction;     // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
-    unsigned char *fixed; // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
-    double damping;       // [1/s]
-    double share;         // of the end of a step in its mean forces: 2 beta, 1 in Shi's scheme
+        *cover_edge;  // n_local * loop edge + place of the cover in its element, by cover
+    double *reaction; // [n_cover][2] N: forces that hold held unknowns, else 0; NULL likewise
+    // Ties of slivers; NULL where there are none.
+    int *tie_start, *cover_tie; // 2 n_local * tie + place of the cover in it, by cover
+    double *tie_stiffness;      // [n_base] N/m, by entry of base_col
+    double *tie_mass;           // [n_base] kg, of base_mass
+    double *tie_force;          // [n_cover][2] N, inner forces
+    unsigned char *fixed;       // [n_cover] bit 0: x, bit 1: y; NULL when nothing is held
+    int *body;      // [n_cover] order > 0: block of a node's cover, -1: others; else NULL
+    double damping; // [1/s]
+    double share;   // of the end of a step in its mean forces: 2 beta, 1 in Shi's scheme
 
     // At the start of the step, where means over the step are taken; else NULL.
     double *start_stress;   // [n_element, order > 0: n_sample][3] Pa, Biot
@@ -95,11 +102,18 @@ typedef struct nmm_system {
     unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
     bool made;                  // K was made for the contacts as they are listed
     int spring_capacity;
+    nmm_coupling coupling; // of the contacts that slide, nmm_system_couple
+    int coupling_capacity;
 } nmm_system;
 
 /// Numbers of a spring in nmm_system.spring, for elements with m functions.
 static inline int nmm_spring_size(int m) {
     return 8 * m + 2;
+}
+
+/// Of each cover, the body that it moves rigidly with others, for a coarse correction.
+static inline const int *nmm_system_body(const nmm_system *system, const nmm_model *model) {
+    return system->body != NULL ? system->body : model->cover_block;
 }
 
 /// The step that the residual belongs to.
@@ -135,12 +149,40 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
 bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, double h, bool anew);
 
+/// system->coupling: what K leaves out, the change of friction with the pressure of contacts that
+/// slide. Belongs to K as it is.
+nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
+                             const nmm_state *state);
+
+/// Entry of base_col for column `col` of row c, which has it.
+int nmm_system_entry(const nmm_system *system, int c, int col);
+
+/// The inside of nmm_system_create: ties by cover; columns that they add to row c, how many; their
+/// matrices.
+nmm_status nmm_ties_list(nmm_context *context, nmm_system *system, const nmm_model *model);
+int nmm_ties_columns(const nmm_system *system, const nmm_model *model, int c, int *column);
+nmm_status nmm_ties_fill(nmm_context *context, nmm_system *system, const nmm_model *model);
+
+/// system->tie_force at state->displacement; moved: the displacement of the step.
+void nmm_ties_force(nmm_system *system, const nmm_model *model, const nmm_state *state,
+                    const double *moved, int n_thread);
+
+/// a . (matrix of ties) b for vectors [n_cover][2].
+double nmm_ties_product(const nmm_system *system, int n_cover, const double *matrix,
+                        const double *a, const double *b);
+
 /// What a new list of contacts means for the couples.
 typedef enum nmm_couples_change {
     NMM_COUPLES_KEPT,     // the same contacts
     NMM_CONTACTS_CHANGED, // other contacts of couples that are listed
     NMM_COUPLES_CHANGED,
 } nmm_couples_change;
+
+/// Augmented contact: stiffness of the covers, and the least stiffness of contact springs in a step
+/// of length h.
+nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model);
+void nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
+                        double h);
 
 /// The inside of nmm_system_pattern: contacts by couple, by vertex and by edge.
 nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const nmm_model *model);

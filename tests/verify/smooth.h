@@ -29,7 +29,8 @@ typedef struct smooth_point {
 
 typedef void smooth_visit(const smooth_point *at, void *user);
 
-static void smooth_visit_element(const nmm_model *model, int e, smooth_visit *visit, void *user) {
+static inline void smooth_visit_element(const nmm_model *model, int e, smooth_visit *visit,
+                                        void *user) {
     static const double node[3] = {0.238619186083196909, 0.661209386466264514,
                                    0.932469514203152028};
     static const double weight[3] = {0.467913934572691047, 0.360761573048138608,
@@ -56,7 +57,7 @@ static void smooth_visit_element(const nmm_model *model, int e, smooth_visit *vi
     }
 }
 
-static void smooth_visit_all(const nmm_model *model, smooth_visit *visit, void *user) {
+static inline void smooth_visit_all(const nmm_model *model, smooth_visit *visit, void *user) {
     for (int e = 0; e < model->n_element; e++)
         smooth_visit_element(model, e, visit, user);
 }
@@ -67,7 +68,7 @@ typedef struct smooth_load {
     double *f;      // [n_cover][2]
 } smooth_load;
 
-static void smooth_add_load(const smooth_point *at, void *user) {
+static inline void smooth_add_load(const smooth_point *at, void *user) {
     const smooth_load *load = user;
     const nmm_model *model = at->model;
     const nmm_material *material = &model->material[model->element_material[at->element]];
@@ -88,14 +89,14 @@ static void smooth_add_load(const smooth_point *at, void *user) {
 }
 
 /// The matrix of a step of length h from rest, in sim->system.K.
-static void smooth_matrix(nmm_sim *sim, double h) {
+static inline void smooth_matrix(nmm_sim *sim, double h) {
     assert_int_equal(nmm_system_pattern(&sim->context, &sim->system, &sim->model, &sim->state),
                      NMM_OK);
     nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, h, true);
 }
 
 /// Displacements of the covers, [n_cover][2], to be freed.
-static double *smooth_solve(nmm_sim *sim, smooth_field *field, double h) {
+static inline double *smooth_solve(nmm_sim *sim, smooth_field *field, double h) {
     const size_t n = 2 * (size_t)sim->model.n_cover;
     double *d = calloc(n, sizeof *d), *f = calloc(n, sizeof *f);
     smooth_load load = {field, 2 / (h * h), f};
@@ -124,7 +125,7 @@ typedef struct smooth_difference {
     double square, whole; // integrals of |u_h - u|^2 and of |u|^2
 } smooth_difference;
 
-static void smooth_add_difference(const smooth_point *at, void *user) {
+static inline void smooth_add_difference(const smooth_point *at, void *user) {
     smooth_difference *sum = user;
     const nmm_model *model = at->model;
     double u[2], H[4], w[NMM_MOST_LOCAL];
@@ -139,7 +140,7 @@ static void smooth_add_difference(const smooth_point *at, void *user) {
 }
 
 /// Root mean square of the difference over that of the field.
-static double smooth_error(const nmm_sim *sim, smooth_field *field, const double *d) {
+static inline double smooth_error(const nmm_sim *sim, smooth_field *field, const double *d) {
     smooth_difference sum = {.field = field, .d = d};
     smooth_visit_all(&sim->model, smooth_add_difference, &sum);
     return sqrt(fmax(0, sum.square) / sum.whole);
