@@ -301,11 +301,10 @@ static nmm_status run(nmm_context *context, nmm_solver *s, const nmm_bsr *K, con
     return NMM_OK;
 }
 
-// One thread or several? Where the work is worth it the faster way of late, as bits are the same.
-static bool several_threads(nmm_direct *d, nmm_solver *s, const nmm_bsr *K) {
+// Is the work worth several threads? Then the faster way of late is taken, as bits are the same.
+static bool several_threads(const nmm_direct *d, const nmm_solver *s, const nmm_bsr *K) {
     double analysis = 0;
-    if (s->n_thread == 1 || nmm_direct_work(d, K, &analysis) < LEAST_SHARED) return false;
-    return true;
+    return s->n_thread > 1 && nmm_direct_work(d, K, &analysis) >= LEAST_SHARED;
 }
 
 nmm_status nmm_direct_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
