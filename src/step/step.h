@@ -20,6 +20,11 @@
 /// How far covers may go at most, as a part of their size, before all of the matrix is made anew.
 #define NMM_DRIFT 1e-2
 
+/// Augmented contact: part of a force that a spring may hold beside the carried force, and which
+/// may be left where raising gains nothing more. Springs are 5 times as stiff as what they hold.
+#define NMM_SPRING_SHARE 1e-4
+#define NMM_SPRING_SHARE_LEFT 1e-2
+
 /// Residual of a linear solve over that before, where it knows of friction: passes in which
 /// contacts change mode gain no more, and when none did the pass gains nearly all that the solve
 /// does.
@@ -46,6 +51,7 @@ typedef enum nmm_try {
     NMM_TRY_MOVED,      // beyond max_move
     NMM_TRY_FLIPS,      // contacts keep changing mode
     NMM_TRY_FORCES,     // modes settled, forces do not balance
+    NMM_TRY_CARRIED,    // carried forces do not come to rest
     NMM_TRY_SOLVER,     // the linear solver missed its tolerance
     NMM_TRY_INSIDE_OUT, // an element has no area left, or turned inside out
 } nmm_try;

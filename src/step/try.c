@@ -18,6 +18,7 @@ typedef struct passes {
     int n, raised;
     double drift; // [m] bound of how far the covers have gone since the matrix was made anew
     double drift_allowed; // [m]
+    double give; // part of a contact force that a spring held when carried forces were raised
     nmm_contact_verdict verdict;
     bool in_vain; // the last solve knew of friction, and the pass gained little
     int n_vain;   // passes of this kind
@@ -291,13 +292,25 @@ static double drift_allowed(const nmm_sim *sim, double h) {
     return sim->model.size * NMM_DRIFT * nmm_min(1, 1 / wave);
 }
 
-// Raise the carried forces of supports, eq. (4.7), and of augmented contacts that gave way;
-// false when none did.
-static bool raise_carried(nmm_sim *sim, const nmm_step_state *step) {
+// Raise the carried forces of augmented contacts, eq. (5.14); false when springs hold next to
+// nothing, or when raising does not make them hold less: where mesh lines cut two faces there are
+// more contacts than ways to move, and what is left is forces that do nothing together.
+static bool raise_contacts(nmm_sim *sim, double *give) {
+    if (sim->search == NULL) return false;
+    const double before = *give;
+    *give = nmm_contact_give(sim->search, &sim->model, &sim->state);
+    if (*give <= NMM_SPRING_SHARE) return false;
+    if (*give > 0.9 * before && *give <= NMM_SPRING_SHARE_LEFT) return false;
+    nmm_contact_raise(sim->search, &sim->state);
+    return true;
+}
+
+// Raise the carried forces of supports, eq. (4.7); false when none gave way.
+static bool raise_supports(nmm_sim *sim, const nmm_step_state *step) {
     const double allowed = 0.1 * sim->settings.tolerance * sim->model.height;
-    bool raised = sim->search != NULL && nmm_contact_raise(sim->search, &sim->state, allowed);
+    bool raised = false;
     const bool stressed = sim->state.step == 0 && sim->scene.initial.kind != NMM_INITIAL_NONE;
-    if (!stressed && !is_slow(sim, step->h)) return raised;
+    if (!stressed && !is_slow(sim, step->h)) return false;
     group_errors(sim, step->end);
     for (int s = 0; s < sim->model.n_support; s++) {
         const nmm_support *support = &sim->model.support[s];
@@ -353,13 +366,17 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
     if (balanced(sim, p, step->h)) {
         *outcome = NMM_TRY_SETTLED;
         const bool broke = nmm_contact_break(&sim->model, &sim->state) > 0;
-        if (!broke && p->raised >= NMM_MAX_RAISE) {
-            // Forces balance; only an overlap or the give of a support is larger than wished.
+        const bool contacts = !broke && raise_contacts(sim, &p->give);
+        const bool supports = !broke && raise_supports(sim, step);
+        if (!(broke || contacts || supports)) return TRY_ENDED;
+        p->raised += !broke;
+        if (p->raised > NMM_MAX_RAISE) {
+            // Forces balance, but overlaps are larger than allowed; a shorter step may do. The give
+            // of supports is told in the summary: a shorter step would only let them go.
             say_why(sim, &p->verdict, "carried forces have not come to rest");
+            if (contacts) *outcome = NMM_TRY_CARRIED;
             return TRY_ENDED;
         }
-        if (!broke && !raise_carried(sim, step)) return TRY_ENDED;
-        p->raised += !broke;
         p->n = 1; // the count of passes is for one set of bonds and carried forces
         return LOOK_AGAIN;
     }
@@ -500,11 +517,12 @@ static void look_again(nmm_sim *sim, passes *p, const nmm_step_state *step) {
 
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     const nmm_step_state step = {h, nmm_sim_time_after(sim, h), sim->moved};
-    passes p = {.drift_allowed = drift_allowed(sim, h)};
+    passes p = {.give = INFINITY, .drift_allowed = drift_allowed(sim, h)};
     sim->report.passes = 0;
     *outcome = NMM_TRY_SETTLED;
     nmm_mixing_reset(&sim->mixing);
     restore_start(sim);
+    nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h);
     begin_move(sim, h, step.end);
     nmm_system_load(&sim->system, &sim->model, step.end);
     look_again(sim, &p, &step);
