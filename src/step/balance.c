@@ -239,9 +239,23 @@ static void weigh(const nmm_balance *balance, nmm_system *system, const nmm_mode
     }
 }
 
+// Its terms are made anew for each system: there is no way back.
+static void weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
+                           const nmm_model *model) {
+    const long n = (long)coupling->n * coupling->n_row;
+    for (long i = 0; balance->weighted && i < n; i++) {
+        const double factor = ldexp(1, balance->exponent[model->cover_block[coupling->row[i]]]);
+        for (int x = 0; x < 2; x++) {
+            coupling->push[2 * i + x] *= factor;
+            coupling->pull[2 * i + x] *= factor;
+        }
+    }
+}
+
 void nmm_balance_put_weights(const nmm_balance *balance, nmm_system *system,
                              const nmm_model *model) {
     weigh(balance, system, model, 1);
+    weigh_coupling(balance, &system->coupling, model);
 }
 
 void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,
