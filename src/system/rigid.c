@@ -12,7 +12,7 @@
 #define STIFFER 5.0
 
 // Inertia over that stiffness, up to which a step is slow.
-#define SLOW 0.05
+#define SLOW 0.01
 
 // Stiffness of the local function i of element e, whose linear functions have the gradients g; of a
 // curved one the order of magnitude.
