@@ -272,13 +272,21 @@ static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_repor
     return true;
 }
 
+// A factor that served none of the last solves only takes memory.
+static void drop_factor(nmm_context *context, nmm_solver *solver) {
+    if (solver->experience.undirected >= MEMORY) nmm_direct_destroy(context, &solver->direct);
+}
+
 nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                              const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report) {
+    drop_factor(context, solver);
     search s = begin_search(solver, K, f, keep_pattern, options);
     bool more = true, kept = keep_pattern;
+    s.experience->undirected += 1;
     while (more) {
         const int next = set_budget(&s);
+        if (s.kind == DIRECT) s.experience->undirected = 0;
         TRY(solver->run(context, solver, K, f, u, kept, &s.now, report));
         more = take_note(&s, solver, report, next);
         kept = true;

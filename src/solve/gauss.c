@@ -41,7 +41,7 @@
 // --- Memory
 
 static void release(nmm_context *context, nmm_gauss *g) {
-    double **const owned[] = {&g->basis, &g->own_inverse, &g->t, &g->ahead, &g->extra};
+    double **const owned[] = {&g->basis, &g->own_inverse, &g->block, &g->t, &g->ahead, &g->extra};
     for (size_t k = 0; k < sizeof owned / sizeof *owned; k++)
         nmm_release(context, owned[k]);
     g->capacity = 0;
@@ -62,6 +62,7 @@ static nmm_status reserve(nmm_context *context, nmm_gauss **gauss, int n_row) {
     const size_t n = (size_t)n_row, pair = 2 * sizeof(double);
     TRY(nmm_allocate(context, &g->basis, n * (NMM_GAUSS_MOST + 1), pair));
     TRY(nmm_allocate(context, &g->own_inverse, n, 16 * sizeof(double)));
+    TRY(nmm_allocate(context, &g->block, n, 12 * sizeof(double)));
     TRY(nmm_allocate(context, &g->t, n, pair));
     TRY(nmm_allocate(context, &g->ahead, n, pair));
     TRY(nmm_allocate(context, &g->extra, n, pair));
@@ -105,13 +106,19 @@ static bool invert_six(double a[6][6]) {
 
 static bool invert_threes(const nmm_gauss *g, const nmm_bsr *K) {
     for (int lump = 0; lump < K->n_row / 3; lump++) {
-        double a[6][6];
+        double a[6][6], *kept = g->block + 36 * (long)lump;
         for (int i = 0; i < 3; i++) {
             const double *block = K->value + 4 * (long)(K->diagonal[3 * lump + i] - i);
             for (int j = 0; j < 12; j++)
                 a[2 * i + j / 2 % 2][2 * (j / 4) + j % 2] = block[j];
         }
-        if (!invert_six(a)) return false;
+        // Most bodies have the block that they had in the pass before.
+        if (memcmp(a, kept, sizeof a) == 0) continue;
+        memcpy(kept, a, sizeof a);
+        if (!invert_six(a)) {
+            memset(kept, 0, sizeof a);
+            return false;
+        }
         double *column = g->own_inverse + 48 * (long)lump;
         for (int j = 0; j < 6; j++) {
             for (int i = 0; i < 6; i++)

@@ -23,6 +23,7 @@ typedef struct nmm_gauss {
     const double *inverse; // lump 1: [n_row][2][2]; lump 3: [n_row / 3][6][8] by columns
     double *basis;         // [NMM_GAUSS_MOST + 1][n_row][2]
     double *own_inverse;
+    double *block;             // [n_row / 3][6][6] of which those are the inverses
     double *t, *ahead, *extra; // [n_row][2]
     int capacity;              // rows there is room for
     int pause, next_pause;     // solves left out: still to come, and after the next failure

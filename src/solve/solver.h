@@ -74,6 +74,7 @@ typedef struct nmm_experience {
                 1]; // by nmm_solve_blocks: orders of magnitude an iteration gains; 0: not known
     int solves;     // since they were last forgotten
     int n_kept;     // with the pattern at hand
+    int undirected; // in a row that needed no factor
     double life;    // the same with patterns before, on average of late; 0: not known
 } nmm_experience;
 

@@ -28,7 +28,7 @@
 /// Residual of a linear solve over that before, where it knows of friction: passes in which
 /// contacts change mode gain no more, and when none did the pass gains nearly all that the solve
 /// does.
-#define NMM_COUPLED_TOLERANCE 1e-2
+#define NMM_COUPLED_TOLERANCE 1e-3
 #define NMM_QUIET_TOLERANCE 1e-4
 
 /// Unbalanced forces over those before that a pass which knows of friction may leave, not to be in
