@@ -12,8 +12,8 @@
 
 #define COVERS "{mesh: block}"
 
-/// Balance of forces that ends a step: as it comes, and about what is left where a step ends as
-/// soon as no contact changes its mode, which is all that other programs of the method ask for.
+/// Balance of forces that ends a step: as it comes, and what nine of ten steps have at least where
+/// a step ends as soon as no contact changes its mode, all that other programs of the method ask.
 static const struct {
     double tolerance;
     const char *setting, *name;
