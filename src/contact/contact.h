@@ -74,9 +74,13 @@ void nmm_contact_pull(const nmm_model *model, const nmm_state *state, const nmm_
 /// first. Returns how many; then the passes go on.
 int nmm_contact_break(const nmm_model *model, nmm_state *state);
 
-/// Augmented contact: raise the carried forces of closed contacts that overlap (or sticking ones
-/// that slipped) by more than `allowed` [m]. Returns whether any was raised.
-bool nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double allowed);
+/// Augmented contact: the largest part of a force that a spring still holds beside the carried
+/// force, by an overlap or, sticking, by slip; 0 where nothing is carried.
+double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model,
+                        const nmm_state *state);
+
+/// Augmented contact: carried forces of closed contacts become what acts.
+void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state);
 
 /// The step is accepted: anchors follow the slip, bonds break.
 /// Adds friction and fracture of the step to *energy and sets its elastic part.

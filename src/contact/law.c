@@ -221,22 +221,40 @@ nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const
     return verdict;
 }
 
-bool nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double allowed) {
-    if (!search->options.augmented) return false;
-    bool raised = false;
+// Part of a force that a spring holds, by its way; ways of rounding hold nothing.
+static double share_of(double way, double stiffness, double force, double rounding) {
+    return fabs(way) > rounding ? fabs(way) * stiffness / force : 0;
+}
+
+double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model,
+                        const nmm_state *state) {
+    const double rounding = 1e-14 * model->height;
+    double largest = 0, worst = 0;
+    if (!search->options.augmented) return 0;
+    for (int k = 0; k < state->n_contact; k++) {
+        const nmm_contact *c = &state->contact[k];
+        if (!c->hasty) largest = nmm_max(largest, fabs(c->normal_force) + fabs(c->shear_force));
+    }
+    for (int k = 0; k < state->n_contact; k++) {
+        const nmm_contact *c = &state->contact[k];
+        if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
+        const double own = fabs(c->normal_force) + fabs(c->shear_force);
+        const double force = nmm_max(own, 1e-3 * largest);
+        const double slip = c->mode == NMM_CONTACT_STICK ? c->slip : 0;
+        worst = nmm_max(worst, share_of(c->gap - c->rest, c->normal_stiffness, force, rounding));
+        worst = nmm_max(worst, share_of(slip, c->shear_stiffness, force, rounding));
+    }
+    return worst;
+}
+
+void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state) {
+    if (!search->options.augmented) return;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *c = &state->contact[k];
-        if (c->mode == NMM_CONTACT_OPEN) continue;
-        if (fabs(c->gap - c->rest) > allowed) {
-            c->carried_normal = c->normal_force;
-            raised = true;
-        }
-        if (c->mode == NMM_CONTACT_STICK && fabs(c->slip) > allowed) {
-            c->carried_shear = c->shear_force;
-            raised = true;
-        }
+        if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
+        c->carried_normal = c->normal_force;
+        if (c->mode == NMM_CONTACT_STICK) c->carried_shear = c->shear_force;
     }
-    return raised;
 }
 
 // --- Accepted
@@ -264,9 +282,11 @@ static void commit_open(nmm_contact *c, double length) {
 static double stored_in(const nmm_contact_search *search, const nmm_contact *c) {
     if (c->mode == NMM_CONTACT_OPEN) return 0;
     if (!search->options.augmented) return energy_of(c, c->normal_force, c->shear_force);
+    // What the forces give back on the way to no overlap and no slip; there they are carried alone.
     const double slip = c->mode == NMM_CONTACT_STICK ? c->slip : 0;
     const double overlap = c->gap - c->rest;
-    return 0.5 * c->normal_stiffness * overlap * overlap + 0.5 * c->shear_stiffness * slip * slip;
+    return (0.5 * c->normal_stiffness * overlap - c->carried_normal) * overlap +
+           (0.5 * c->shear_stiffness * slip - c->carried_shear) * slip;
 }
 
 void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model, nmm_state *state,

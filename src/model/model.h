@@ -153,6 +153,8 @@ typedef struct nmm_contact {
     double slid;           // [m] length slid since the contact came to be, never falls
     nmm_contact_mode mode_before; // at the evaluation before the last
     bool breaking;                // the bond gave way in this try of the step
+    bool hasty;                   // augmented: the step is too short for carried forces to follow
+    double force_before;          // [N] augmented: pressure at the end of the step before the last
     double bond_energy;           // [J] stored when it gave way
 } nmm_contact;
 

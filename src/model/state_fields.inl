@@ -5,6 +5,7 @@
 //    type    name                count            width unit     meaning
 FIELD(double, displacement,       n_cover,         2, "m",      "total displacement of a cover since the start")
 FIELD(double, velocity,           n_cover,         2, "m/s",    "velocity of a cover")
+FIELD(double, mean_velocity,      n_cover,         2, "m/s",    "velocity of a cover on average over the last step")
 FIELD(double, position,           n_point,         2, "m",      "current place of a point, follows from displacement")
 FIELD(double, rotation,           n_element,       2, "",       "cosine and sine of an element's rotation")
 FIELD(double, stress,             n_element,       3, "Pa",     "sxx, syy, sxy along the fixed axes; tension positive")

@@ -9,6 +9,7 @@
 #include "choose.h"
 #include "coarse.h"
 #include "direct.h"
+#include "gauss.h"
 
 #include <math.h>
 #include <string.h>
@@ -271,13 +272,21 @@ static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_repor
     return true;
 }
 
+// A factor that served none of the last solves only takes memory.
+static void drop_factor(nmm_context *context, nmm_solver *solver) {
+    if (solver->experience.undirected >= MEMORY) nmm_direct_destroy(context, &solver->direct);
+}
+
 nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                              const double *f, double *u, bool keep_pattern,
                              const nmm_solve_options *options, nmm_solve_report *report) {
+    drop_factor(context, solver);
     search s = begin_search(solver, K, f, keep_pattern, options);
     bool more = true, kept = keep_pattern;
+    s.experience->undirected += 1;
     while (more) {
         const int next = set_budget(&s);
+        if (s.kind == DIRECT) s.experience->undirected = 0;
         TRY(solver->run(context, solver, K, f, u, kept, &s.now, report));
         more = take_note(&s, solver, report, next);
         kept = true;
@@ -300,6 +309,13 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
                             const double *f, double *u, bool keep_pattern,
                             const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_check(context, solver, K, options));
+    // Limits and precision that were asked for are those of the symmetric methods.
+    const bool free = options->max_iterations == 0 && options->precision == NMM_PRECISION_DOUBLE;
+    bool done = false;
+    if (options->coupling != NULL && free && nmm_solver_chooses(options) && !solver->staged) {
+        TRY(nmm_gauss_solve(context, solver, K, f, u, keep_pattern, options, report, &done));
+    }
+    if (done) return NMM_OK;
     nmm_solve_run *run = nmm_solver_chooses(options) ? nmm_choose_blocks : solver->run;
     return run(context, solver, K, f, u, keep_pattern, options, report);
 }

@@ -13,12 +13,15 @@
 
 // Nanoseconds of one core of about 3 GHz.
 #define PER_CALL 1500.0
-#define PER_NUMBER 0.2 // of L, twice for each solve with it, and of K
-#define ANALYSE 30.0   // by block
-#define FACTORISE                                                                                  \
-    4.0              // by block, where the pattern is not known: and by its fronts, as in the plane
-#define FRONTS 0.065 // by block and rows to the power 3/4
-#define FILL 7.0     // numbers of L by block
+#define PER_NUMBER 0.16 // of L, twice for each solve with it, and of K
+#define ANALYSE 30.0    // by block
+#define CUT 30.0        // the same, where nested dissection comes first
+// By block, where the pattern is not known; and by its fronts, as in the plane: by block and rows
+// to the power 3/4, and to the power 1/2 where rows are cut first.
+#define FACTORISE 3.2
+#define FRONTS 0.052
+#define FRONTS_CUT 0.5
+#define FILL 7.0 // numbers of L by block
 
 // Iterations with a factor of K itself from one measured residual to the next.
 #define FRESH_ITERATIONS 20
@@ -74,12 +77,14 @@ double nmm_direct_work(const nmm_direct *direct, const nmm_bsr *K, double *analy
     const double per_block = PER_NUMBER * 4;
     // Twice a product with K, and a look at its numbers.
     const double call = PER_CALL + 3 * per_block * n_block;
-    *analysis = ANALYSE * n_block;
+    const bool cut = n >= NMM_ROWS_TO_CUT;
+    *analysis = (cut ? ANALYSE + CUT : ANALYSE) * n_block;
     if (direct != NULL && nmm_factor_knows(&direct->factor, K)) {
         *analysis = 0;
         return call + direct->factor.work + 2 * PER_NUMBER * direct->factor.n_number;
     }
-    const double work = (FACTORISE + FRONTS * sqrt(n * sqrt(n))) * n_block;
+    const double fronts = cut ? FRONTS_CUT * sqrt(n) : FRONTS * sqrt(n * sqrt(n));
+    const double work = (FACTORISE + fronts) * n_block;
     return call + work + 2 * PER_NUMBER * FILL * n_block;
 }
 
@@ -296,11 +301,10 @@ static nmm_status run(nmm_context *context, nmm_solver *s, const nmm_bsr *K, con
     return NMM_OK;
 }
 
-// One thread or several? Where the work is worth it the faster way of late, as bits are the same.
-static bool several_threads(nmm_direct *d, nmm_solver *s, const nmm_bsr *K) {
+// Is the work worth several threads? Then the faster way of late is taken, as bits are the same.
+static bool several_threads(const nmm_direct *d, const nmm_solver *s, const nmm_bsr *K) {
     double analysis = 0;
-    if (s->n_thread == 1 || nmm_direct_work(d, K, &analysis) < LEAST_SHARED) return false;
-    return true;
+    return s->n_thread > 1 && nmm_direct_work(d, K, &analysis) >= LEAST_SHARED;
 }
 
 nmm_status nmm_direct_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,

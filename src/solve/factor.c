@@ -8,14 +8,13 @@
 
 #include <string.h>
 
-// Nanoseconds of one core of about 3 GHz; only their ratios matter.
-#define PER_FRONT 60.0
-#define PER_ROW 4.0   // of a front
-#define PER_PLACE 1.0 // of a front, both of 2x2 blocks
-#define PER_PRODUCT 0.06
+// Nanoseconds of one core of about 3 GHz, between those with AVX2 and those with AVX-512.
+#define PER_FRONT 48.0
+#define PER_ROW 3.2   // of a front
+#define PER_PLACE 0.8 // of a front, both of 2x2 blocks
+#define PER_PRODUCT 0.048
 
-// Rows, and blocks of a row, from which on cuts gain more than they cost.
-#define ROWS_TO_CUT 12000
+// Blocks of a row from which on cuts gain more than they cost.
 #define BLOCKS_TO_CUT 6
 
 // By steps of the order, later by fronts, or by rows in order of elimination.
@@ -289,7 +288,7 @@ static void lay_out_columns(nmm_factor *f) {
 static nmm_status find_order(nmm_context *context, nmm_factor *f, const double *place, tree *t) {
     nmm_stages stages = {0};
     const bool cut =
-        place != NULL && f->n_row >= ROWS_TO_CUT && f->n_block / f->n_row >= BLOCKS_TO_CUT;
+        place != NULL && f->n_row >= NMM_ROWS_TO_CUT && f->n_block / f->n_row >= BLOCKS_TO_CUT;
     if (cut) {
         TRY(nmm_dissect(context, &f->stage_room, f->n_row, f->row_start, f->col, place, &stages));
     }

@@ -14,6 +14,9 @@
 #include "solve.h"
 #include "team.h"
 
+/// Rows from which on nested dissection comes before minimum degree, where places are known.
+#define NMM_ROWS_TO_CUT 12000
+
 /// Nanoseconds of making a front that is not worth sharing.
 #define NMM_SMALL_FRONT 20000.0
 

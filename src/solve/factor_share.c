@@ -12,7 +12,7 @@
 #include <string.h>
 
 // Nanoseconds that threads wait for each other.
-#define PER_WAIT 1000.0
+#define PER_WAIT 2000.0
 
 // Unknowns from one waiting to the next in a shared front, about.
 #define PER_PANEL 32

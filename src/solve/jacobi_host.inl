@@ -6,7 +6,7 @@
 // `omp for`, whose barrier separates kernels. Nothing is sent or fetched. Not `omp target` without
 // a device: each such region builds and destroys its threads anew.
 
-#include "solver.h"
+#include "gauss.h"
 #include "sweeps.h"
 
 #include <math.h>
@@ -48,6 +48,7 @@ typedef wide_lanes lanes_wide;
 
 #include "clusters_invert.inl"
 #include "coarse_make.inl"
+#include "gauss.inl"
 
 // y = K x.
 static void multiply_all(const nmm_solver *s, const double *x, double *y) {
@@ -59,4 +60,8 @@ static void multiply_all(const nmm_solver *s, const double *x, double *y) {
 const nmm_variant VARIANT = {.run = run_method,
                              .invert = invert_clusters,
                              .make_coarse = make_coarse,
-                             .multiply = multiply_all};
+                             .multiply = multiply_all,
+                             .gauss_backward = gauss_backward,
+                             .gauss_forward = gauss_forward,
+                             .couple = couple,
+                             .orthogonalise = orthogonalise};

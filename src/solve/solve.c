@@ -7,6 +7,7 @@
 
 #include "barrier.h"
 #include "direct.h"
+#include "gauss.h"
 
 #include <math.h>
 #include <string.h>
@@ -147,6 +148,7 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
     nmm_clusters_destroy(context, &s->clusters);
     nmm_coarse_destroy(context, &s->coarse);
     nmm_direct_destroy(context, &s->direct);
+    nmm_gauss_destroy(context, &s->gauss);
     nmm_release(context, solver);
 }
 

@@ -19,6 +19,15 @@ typedef struct nmm_bsr {
     int *diagonal;  // [n_row] index of the diagonal block of a row
 } nmm_bsr;
 
+/// The unsymmetric part of a system, K + sum of push pull^T: a contact that slides adds a term of
+/// rank one, because a change of its pressure changes its friction.
+typedef struct nmm_coupling {
+    int n, n_row;        // terms, block rows of each
+    double tolerance;    // like that of the options, where the coupling is taken into account
+    int *row;            // [n][n_row]
+    double *push, *pull; // [n][n_row][2]
+} nmm_coupling;
+
 typedef enum nmm_solve_method {
     NMM_SOLVE_AUTO,   // pcg or direct, see nmm_solve_report.why
     NMM_SOLVE_JACOBI, // block Jacobi, damped
@@ -63,6 +72,9 @@ typedef struct nmm_solve_options {
     // [n_row] 0 .. n_row - 1: rows of one body are connected by its elements; -1: a row that has no
     // part in rigid motions
     const int *body;
+    // What friction adds to K; NULL: nothing. Taken into account by auto on the host where that
+    // pays, see the report; everything else solves the system without it, which is symmetric.
+    const nmm_coupling *coupling;
     // What was made from the last system's values (inverted blocks, coarse factor, direct factor,
     // bounds of the spectrum) may serve this one, which differs little. What follows from a kept
     // pattern, and the rates that auto has learned, serve in any case.
@@ -87,6 +99,7 @@ typedef struct nmm_solve_report {
     nmm_solve_precision precision; // double where float32 could not reach the tolerance
     int n_thread;
     const char *why; // a sentence on what auto chose or mixed fell back to; "" otherwise
+    bool coupled;    // the coupling was taken into account
     int setups;      // times blocks or factors were made anew for this solve
     int iterations;
     int row;                // row that caused the trouble, -1: none

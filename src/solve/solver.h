@@ -74,10 +74,12 @@ typedef struct nmm_experience {
                 1]; // by nmm_solve_blocks: orders of magnitude an iteration gains; 0: not known
     int solves;     // since they were last forgotten
     int n_kept;     // with the pattern at hand
+    int undirected; // in a row that needed no factor
     double life;    // the same with patterns before, on average of late; 0: not known
 } nmm_experience;
 
 typedef struct nmm_variant nmm_variant;
+struct nmm_gauss;
 
 /// A whole solve with the blocks and limits in `options`: the backend's own.
 typedef nmm_status nmm_solve_run(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
@@ -111,6 +113,7 @@ struct nmm_solver {
     double *dense_scale; // [groups]
     float *dense_room;   // what `dense` points to while clusters are in use
     nmm_coarse coarse;
+    struct nmm_gauss *gauss;   // of systems with a coupling, NULL before the first
     struct nmm_direct *direct; // the factor of the direct method, NULL before its first solve
     nmm_experience experience;
     nmm_pace pace[NMM_BLOCKS_BODY + 1]; // host: by kind of blocks
@@ -206,6 +209,16 @@ typedef void nmm_make_coarse(nmm_coarse *coarse, const nmm_coarse_source *source
 /// y = K x, both [n][2].
 typedef void nmm_multiply(const nmm_solver *solver, const double *x, double *y);
 
+/// The kernels of gauss.inl.
+typedef void nmm_gauss_backward(const nmm_solver *solver, const struct nmm_gauss *gauss,
+                                const double *v, double *t);
+typedef void nmm_gauss_forward(const nmm_solver *solver, const struct nmm_gauss *gauss,
+                               const double *v, const double *t, const double *extra, double *ahead,
+                               double *y);
+typedef void nmm_gauss_couple(const nmm_coupling *coupling, int n_row, const double *x,
+                              double *extra);
+typedef double nmm_gauss_orthogonalise(const double *basis, int m, int n, double *w, double *part);
+
 /// A prepared solve from the first guess u. The result is in solver->wide.u; returns its true
 /// residual norm.
 typedef double nmm_jacobi_run(nmm_solver *solver, const double *u, nmm_solve_report *report);
@@ -217,6 +230,10 @@ struct nmm_variant {
     nmm_invert *invert;
     nmm_make_coarse *make_coarse;
     nmm_multiply *multiply;
+    nmm_gauss_backward *gauss_backward;
+    nmm_gauss_forward *gauss_forward;
+    nmm_gauss_couple *couple;
+    nmm_gauss_orthogonalise *orthogonalise;
 };
 
 extern const nmm_variant nmm_variant_serial, nmm_variant_threads;

@@ -33,6 +33,7 @@ nmm_status nmm_balance_open(nmm_context *context, nmm_balance *balance, const nm
     TRY(nmm_allocate(context, &balance->whole, n, sizeof(nmm_balance_sums)));
     TRY(nmm_allocate(context, &balance->allowed, n, sizeof(double)));
     TRY(nmm_allocate(context, &balance->exponent, n, sizeof(int)));
+    TRY(nmm_allocate(context, &balance->weight, n, sizeof(double)));
     find_held(balance, model, system);
     return NMM_OK;
 }
@@ -45,6 +46,7 @@ void nmm_balance_close(nmm_context *context, nmm_balance *balance) {
     nmm_release(context, &balance->whole);
     nmm_release(context, &balance->allowed);
     nmm_release(context, &balance->exponent);
+    nmm_release(context, &balance->weight);
 }
 
 // --- Groups
@@ -189,6 +191,7 @@ void nmm_balance_weigh(nmm_balance *balance, bool wanted) {
         int own = most;
         if (balance->allowed[b] > 0) frexp(balance->allowed[b], &own);
         balance->exponent[b] = nmm_min_int(most - own, MOST_BITS);
+        balance->weight[b] = ldexp(1, balance->exponent[b]);
         lowest = nmm_max_int(lowest, balance->exponent[b]);
     }
     balance->weighted = wanted && lowest > LEAST_BITS;
@@ -201,7 +204,7 @@ double nmm_balance_norm(const nmm_balance *balance, const nmm_system *system,
     if (!balance->weighted) return sqrt(nmm_sum_product(2 * model->n_cover, r, r, n_thread));
     double sum = 0;
     for (int c = 0; c < model->n_cover; c++) {
-        const double factor = ldexp(1, balance->exponent[model->cover_block[c]]);
+        const double factor = balance->weight[model->cover_block[c]];
         sum += square(factor * r[2 * c]) + square(factor * r[2 * c + 1]);
     }
     return sqrt(sum);
@@ -217,36 +220,56 @@ double nmm_balance_limit(const nmm_balance *balance) {
     return least < INFINITY ? least : 0;
 }
 
-// Times 2^(sign * exponent), the change the other way.
+// Numbers of row c of the matrix times the weights of row and column, or over them.
+static void weigh_row(const nmm_balance *balance, const nmm_bsr *K, const int *block, int c,
+                      bool put) {
+    const double own = balance->weight[block[c]];
+    for (int k = K->row_start[c]; k < K->row_start[c + 1]; k++) {
+        const double weight = own * balance->weight[block[K->col[k]]];
+        if (weight == 1) continue;
+        const double both = put ? weight : 1 / weight;
+        for (int i = 0; i < 4; i++)
+            K->value[4 * (long)k + i] *= both;
+    }
+}
+
+// Times the weights, the change the other way; or back.
 static void weigh(const nmm_balance *balance, nmm_system *system, const nmm_model *model,
-                  int sign) {
-    const nmm_bsr *K = &system->K;
+                  bool put) {
     if (!balance->weighted) return;
-    for (int c = 0; c < K->n_row; c++) {
-        const int own = sign * balance->exponent[model->cover_block[c]];
-        const double factor = ldexp(1, own), back = ldexp(1, -own);
+    for (int c = 0; c < system->K.n_row; c++) {
+        const double own = balance->weight[model->cover_block[c]];
+        const double factor = put ? own : 1 / own, back = put ? 1 / own : own;
         for (int x = 0; x < 2; x++) {
             system->residual[2 * c + x] *= factor;
             system->change[2 * c + x] *= back;
         }
-        for (int k = K->row_start[c]; k < K->row_start[c + 1]; k++) {
-            const int other = sign * balance->exponent[model->cover_block[K->col[k]]];
-            if (own + other == 0) continue;
-            const double both = ldexp(1, own + other);
-            for (int i = 0; i < 4; i++)
-                K->value[4 * (long)k + i] *= both;
+        weigh_row(balance, &system->K, model->cover_block, c, put);
+    }
+}
+
+// Its terms are made anew for each system: there is no way back.
+static void weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
+                           const nmm_model *model) {
+    const long n = (long)coupling->n * coupling->n_row;
+    for (long i = 0; balance->weighted && i < n; i++) {
+        const double factor = balance->weight[model->cover_block[coupling->row[i]]];
+        for (int x = 0; x < 2; x++) {
+            coupling->push[2 * i + x] *= factor;
+            coupling->pull[2 * i + x] *= factor;
         }
     }
 }
 
 void nmm_balance_put_weights(const nmm_balance *balance, nmm_system *system,
                              const nmm_model *model) {
-    weigh(balance, system, model, 1);
+    weigh(balance, system, model, true);
+    weigh_coupling(balance, &system->coupling, model);
 }
 
 void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,
                               const nmm_model *model) {
-    weigh(balance, system, model, -1);
+    weigh(balance, system, model, false);
 }
 
 // --- Work

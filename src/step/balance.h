@@ -29,6 +29,7 @@ typedef struct nmm_balance {
     nmm_balance_sums *whole; // [n_block] of the group that begins here
     double *allowed;         // [n_block] N
     int *exponent;           // [n_block] rows and columns of the linear system times 2^exponent
+    double *weight;          // [n_block] 2^exponent
     bool weighted;           // some exponent is not 0
     int n_class;             // 1: forces of all blocks are of one class
 } nmm_balance;

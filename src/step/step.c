@@ -147,7 +147,7 @@ static nmm_status find_contacts(nmm_sim *sim, double h) {
 static void update_velocity(nmm_sim *sim, double h) {
     const unsigned char *fixed = sim->system.fixed;
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
-        const double mean = sim->moved[i] / h;
+        const double mean = sim->state.mean_velocity[i] = sim->moved[i] / h;
         const bool held = fixed != NULL && (fixed[i / 2] >> i % 2 & 1);
         sim->state.velocity[i] = held ? mean : 2 * mean - sim->start_velocity[i];
     }

@@ -20,6 +20,24 @@
 /// How far covers may go at most, as a part of their size, before all of the matrix is made anew.
 #define NMM_DRIFT 1e-2
 
+/// Augmented contact: part of a force that a spring may hold beside the carried force, and which
+/// may be left where raising gains nothing more. Springs are 5 times as stiff as what they hold.
+#define NMM_SPRING_SHARE 1e-4
+#define NMM_SPRING_SHARE_LEFT 1e-2
+
+/// Residual of a linear solve over that before, where it knows of friction: passes in which
+/// contacts change mode gain no more, and when none did the pass gains nearly all that the solve
+/// does.
+#define NMM_COUPLED_TOLERANCE 1e-3
+#define NMM_QUIET_TOLERANCE 1e-4
+
+/// Unbalanced forces over those before that a pass which knows of friction may leave, not to be in
+/// vain.
+#define NMM_GAINED 0.8
+
+/// Part of the unbalanced forces allowed that a first pass may leave where the motion goes on.
+#define NMM_FIRST_PASS 0.1
+
 /// Limits of one step.
 enum {
     NMM_MAX_PASS = 40,  // open-close passes of one try
@@ -33,6 +51,7 @@ typedef enum nmm_try {
     NMM_TRY_MOVED,      // beyond max_move
     NMM_TRY_FLIPS,      // contacts keep changing mode
     NMM_TRY_FORCES,     // modes settled, forces do not balance
+    NMM_TRY_CARRIED,    // carried forces do not come to rest
     NMM_TRY_SOLVER,     // the linear solver missed its tolerance
     NMM_TRY_INSIDE_OUT, // an element has no area left, or turned inside out
 } nmm_try;

@@ -12,6 +12,18 @@
 
 // --- Parts of a pass
 
+// What the passes of one try remember.
+typedef struct passes {
+    double unbalance[NMM_MAX_PASS + 1]; // [N] after pass k
+    int n, raised;
+    double drift; // [m] bound of how far the covers have gone since the matrix was made anew
+    double drift_allowed; // [m]
+    double give; // part of a contact force that a spring held when carried forces were raised
+    nmm_contact_verdict verdict;
+    bool in_vain; // the last solve knew of friction, and the pass gained little
+    int n_vain;   // passes of this kind
+} passes;
+
 static void restore_start(nmm_sim *sim) {
     const nmm_model *model = &sim->model;
     nmm_state *state = &sim->state;
@@ -25,8 +37,17 @@ static void restore_start(nmm_sim *sim) {
     }
 }
 
-// Held covers go where they are prescribed; the others have not moved yet.
-static void begin_move(nmm_sim *sim, double end) {
+// Where there is contact a try begins where the motion of the last step leads, so that most
+// contacts have the modes they will have; but not after one that failed.
+static bool motion_goes_on(const nmm_sim *sim) {
+    return sim->state.n_contact > 0 && sim->report.cuts == 0 && !sim->settings.is_static;
+}
+
+// Held covers go where they are prescribed.
+static void begin_move(nmm_sim *sim, double h, double end) {
+    const bool goes_on = motion_goes_on(sim);
+    for (int i = 0; goes_on && i < 2 * sim->model.n_cover; i++)
+        sim->state.displacement[i] += h * sim->state.mean_velocity[i];
     nmm_system_hold(&sim->model, &sim->state, end);
     for (int i = 0; i < 2 * sim->model.n_cover; i++)
         sim->moved[i] = sim->state.displacement[i] - sim->start_displacement[i];
@@ -52,7 +73,19 @@ static nmm_status open_solver(nmm_sim *sim) {
     return sim->backend->open(&sim->context, &sim->solver, sim->solver_rows, sim->solver_blocks);
 }
 
-static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
+// Is the solve to know of friction? Where that was in vain, because contacts slide to and fro, the
+// next one does not, as surely and slowly as symmetric passes go; at the second time none does. A
+// system that is to be written is solved as it is written.
+static bool couples(const nmm_sim *sim, const passes *p) {
+    if (sim->state.n_contact == 0 || sim->comparable || sim->dump.write != NULL) return false;
+    return p->n_vain < 2 && !p->in_vain;
+}
+
+static int count_flips(const nmm_contact_verdict *verdict) {
+    return verdict->n_opened + verdict->n_closed + verdict->n_slipped + verdict->n_stuck;
+}
+
+static nmm_solve_options solve_options(const nmm_sim *sim, const passes *p) {
     const nmm_scene_settings *settings = &sim->settings;
     static const nmm_solve_blocks blocks[] = {
         [NMM_SCENE_BLOCKS_AUTO] = NMM_BLOCKS_AUTO,
@@ -61,6 +94,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
         [NMM_SCENE_BLOCKS_BODY] = NMM_BLOCKS_BODY,
     };
     return (nmm_solve_options){
+        .coupling = couples(sim, p) ? &sim->system.coupling : NULL,
         .method = nmm_step_method(sim),
         .blocks = blocks[settings->blocks],
         .precision =
@@ -69,7 +103,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
         .place = sim->comparable ? NULL : sim->model.cover_place,
         .body = sim->comparable ? NULL : nmm_system_body(&sim->system, &sim->model),
         // Within a step only: matrices of other steps differ more.
-        .reuse = pass > 0,
+        .reuse = p->n > 0,
         .tolerance = settings->solver_tolerance,
         // Later passes solve for small corrections: no need to go far below the balance asked for.
         .absolute = 0.2 * nmm_balance_limit(&sim->balance),
@@ -84,8 +118,9 @@ static nmm_solve_options solve_options(const nmm_sim *sim, int pass) {
 // First guess of a pass: the motion goes on; later passes start from no correction.
 static void guess_change(nmm_sim *sim, double h, int pass) {
     double *change = sim->system.change;
+    const bool guessed = pass == 0 && !motion_goes_on(sim);
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
-        change[i] = pass == 0 ? h * sim->state.velocity[i] : 0;
+        change[i] = guessed ? h * sim->state.velocity[i] : 0;
     }
     if (sim->system.fixed == NULL) return;
     for (int i = 0; i < 2 * sim->model.n_cover; i++) {
@@ -123,15 +158,26 @@ static void weigh_blocks(nmm_sim *sim, double h) {
     nmm_balance_weigh(&sim->balance, sim->settings.stop != NMM_STOP_AVERAGE_CHANGE);
 }
 
-static nmm_status solve_pass(nmm_sim *sim, double h, int pass, bool anew,
+// What friction adds to the system, where the solve is to know of it.
+static nmm_status couple(nmm_sim *sim, const passes *p) {
+    nmm_coupling *coupling = &sim->system.coupling;
+    coupling->n = 0;
+    coupling->tolerance =
+        count_flips(&p->verdict) == 0 ? NMM_QUIET_TOLERANCE : NMM_COUPLED_TOLERANCE;
+    if (!couples(sim, p)) return NMM_OK;
+    return nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state);
+}
+
+static nmm_status solve_pass(nmm_sim *sim, const passes *p, double h, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
     nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
-    if (pass == 0) weigh_blocks(sim, h);
+    if (p->n == 0) weigh_blocks(sim, h);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     TRY(open_solver(sim));
-    guess_change(sim, h, pass);
-    const nmm_solve_options options = solve_options(sim, pass);
+    guess_change(sim, h, p->n);
+    const nmm_solve_options options = solve_options(sim, p);
+    TRY(couple(sim, p));
     nmm_balance_put_weights(&sim->balance, system, &sim->model);
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
     TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
@@ -174,19 +220,17 @@ static double largest_move(const nmm_sim *sim) {
 
 // --- When is it settled?
 
-// Do forces balance, eq. (4.5)?
-static bool balanced(nmm_sim *sim, double h) {
-    return worst_balance(sim, h) <= 1;
+// Do forces balance, eq. (4.5)? What a first pass leaves points along the motion, step by step, and
+// adds up in the ledger.
+static bool balanced(nmm_sim *sim, const passes *p, double h) {
+    const bool first = p->n == 1 && motion_goes_on(sim);
+    return worst_balance(sim, h) <= (first ? NMM_FIRST_PASS : 1);
 }
 
 // Norm of the unbalanced forces, by the weights of the try [N]: does it gain? Not next to the
 // forces, which fall as well while bodies that overlap are pushed apart.
 static double unbalance(const nmm_sim *sim) {
     return nmm_balance_norm(&sim->balance, &sim->system, &sim->model, sim->context.n_thread);
-}
-
-static int count_flips(const nmm_contact_verdict *verdict) {
-    return verdict->n_opened + verdict->n_closed + verdict->n_slipped + verdict->n_stuck;
 }
 
 // Eight passes that hardly gained on those before: more will not help.
@@ -248,13 +292,25 @@ static double drift_allowed(const nmm_sim *sim, double h) {
     return sim->model.size * NMM_DRIFT * nmm_min(1, 1 / wave);
 }
 
-// Raise the carried forces of supports, eq. (4.7), and of augmented contacts that gave way;
-// false when none did.
-static bool raise_carried(nmm_sim *sim, const nmm_step_state *step) {
+// Raise the carried forces of augmented contacts, eq. (5.14); false when springs hold next to
+// nothing, or when raising does not make them hold less: where mesh lines cut two faces there are
+// more contacts than ways to move, and what is left is forces that do nothing together.
+static bool raise_contacts(nmm_sim *sim, double *give) {
+    if (sim->search == NULL) return false;
+    const double before = *give;
+    *give = nmm_contact_give(sim->search, &sim->model, &sim->state);
+    if (*give <= NMM_SPRING_SHARE) return false;
+    if (*give > 0.9 * before && *give <= NMM_SPRING_SHARE_LEFT) return false;
+    nmm_contact_raise(sim->search, &sim->state);
+    return true;
+}
+
+// Raise the carried forces of supports, eq. (4.7); false when none gave way.
+static bool raise_supports(nmm_sim *sim, const nmm_step_state *step) {
     const double allowed = 0.1 * sim->settings.tolerance * sim->model.height;
-    bool raised = sim->search != NULL && nmm_contact_raise(sim->search, &sim->state, allowed);
+    bool raised = false;
     const bool stressed = sim->state.step == 0 && sim->scene.initial.kind != NMM_INITIAL_NONE;
-    if (!stressed && !is_slow(sim, step->h)) return raised;
+    if (!stressed && !is_slow(sim, step->h)) return false;
     group_errors(sim, step->end);
     for (int s = 0; s < sim->model.n_support; s++) {
         const nmm_support *support = &sim->model.support[s];
@@ -299,15 +355,6 @@ static const char *name_of_end(nmm_solve_end end) {
 
 // --- The loop
 
-// What the passes of one try remember.
-typedef struct passes {
-    double unbalance[NMM_MAX_PASS + 1]; // [N] after pass k
-    int n, raised;
-    double drift; // [m] bound of how far the covers have gone since the matrix was made anew
-    double drift_allowed; // [m]
-    nmm_contact_verdict verdict;
-} passes;
-
 // What to do after a residual.
 typedef enum judgement { SOLVE_ON, LOOK_AGAIN, TRY_ENDED } judgement;
 
@@ -316,16 +363,20 @@ typedef enum judgement { SOLVE_ON, LOOK_AGAIN, TRY_ENDED } judgement;
 static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
     p->unbalance[p->n] = unbalance(sim);
     if (p->n == 0) return SOLVE_ON;
-    if (balanced(sim, step->h)) {
+    if (balanced(sim, p, step->h)) {
         *outcome = NMM_TRY_SETTLED;
         const bool broke = nmm_contact_break(&sim->model, &sim->state) > 0;
-        if (!broke && p->raised >= NMM_MAX_RAISE) {
-            // Forces balance; only an overlap or the give of a support is larger than wished.
+        const bool contacts = !broke && raise_contacts(sim, &p->give);
+        const bool supports = !broke && raise_supports(sim, step);
+        if (!(broke || contacts || supports)) return TRY_ENDED;
+        p->raised += !broke;
+        if (p->raised > NMM_MAX_RAISE) {
+            // Forces balance, but overlaps are larger than allowed; a shorter step may do. The give
+            // of supports is told in the summary: a shorter step would only let them go.
             say_why(sim, &p->verdict, "carried forces have not come to rest");
+            if (contacts) *outcome = NMM_TRY_CARRIED;
             return TRY_ENDED;
         }
-        if (!broke && !raise_carried(sim, step)) return TRY_ENDED;
-        p->raised += !broke;
         p->n = 1; // the count of passes is for one set of bonds and carried forces
         return LOOK_AGAIN;
     }
@@ -384,7 +435,8 @@ static void go_along(nmm_sim *sim, passes *p, const nmm_step_state *step, const 
     const double enough = NMM_OVERSHOOT * low_work;
     go_further(sim, p, step, 1);
     double work = work_along(sim, along), high_work = work, last = work;
-    if (sim->search == NULL || work >= -enough) return;
+    // With friction a change need not begin downhill.
+    if (sim->search == NULL || enough <= 0 || work >= -enough) return;
     for (int k = 0; k < NMM_MAX_LOOK && fabs(work) > enough; k++) {
         const double share = nmm_max(0.05, nmm_min(0.95, low_work / (low_work - high_work)));
         const double next = low + share * (high - low);
@@ -433,7 +485,7 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
     // Without sliding the matrix is the exact derivative: a fresh one gains digits by the square.
     const bool exact = p->verdict.n_sliding == 0;
     const bool anew = p->n == 0 || exact || p->drift > p->drift_allowed;
-    TRY(solve_pass(sim, step->h, p->n, anew, &solved));
+    TRY(solve_pass(sim, p, step->h, anew, &solved));
     p->drift = (anew ? 0 : p->drift) + largest_change(sim);
     if (solved.end != NMM_SOLVE_CONVERGED) {
         snprintf(sim->report.reason, sizeof sim->report.reason,
@@ -443,7 +495,10 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
         return NMM_OK;
     }
     const line along = begin_line(sim);
-    if (!go_mixed(sim, p, step)) go_along(sim, p, step, &along);
+    if (solved.coupled) nmm_mixing_reset(&sim->mixing);
+    if (solved.coupled || !go_mixed(sim, p, step)) go_along(sim, p, step, &along);
+    p->in_vain = solved.coupled && !(unbalance(sim) < NMM_GAINED * p->unbalance[p->n]);
+    p->n_vain += p->in_vain;
     p->n += 1;
     sim->report.passes += 1;
     sim->summary.open_close_iterations += 1;
@@ -462,12 +517,13 @@ static void look_again(nmm_sim *sim, passes *p, const nmm_step_state *step) {
 
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     const nmm_step_state step = {h, nmm_sim_time_after(sim, h), sim->moved};
-    passes p = {.drift_allowed = drift_allowed(sim, h)};
+    passes p = {.give = INFINITY, .drift_allowed = drift_allowed(sim, h)};
     sim->report.passes = 0;
     *outcome = NMM_TRY_SETTLED;
     nmm_mixing_reset(&sim->mixing);
     restore_start(sim);
-    begin_move(sim, step.end);
+    nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h);
+    begin_move(sim, h, step.end);
     nmm_system_load(&sim->system, &sim->model, step.end);
     look_again(sim, &p, &step);
     while (*outcome == NMM_TRY_SETTLED) {

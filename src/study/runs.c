@@ -86,6 +86,7 @@ static nmm_status catch_system(nmm_sim *sim, const nmm_solve_options *options) {
     captured->options.place = captured->system.place;
     captured->options.body = captured->system.body;
     captured->options.reuse = false;
+    captured->options.coupling = NULL; // the symmetric part is what all methods solve
     captured->unknowns = captured->system.order;
     if (status != NMM_OK) sim->context.error = c->bench->context.error;
     return status;

@@ -144,7 +144,7 @@ static nmm_status find_reference(nmm_bench *bench) {
     if (trade->has_expectation) {
         memcpy(result->reference, trade->expectation, sizeof result->reference);
         result->source = "closed form";
-        return say_reference(bench, "the closed form given");
+        return say_reference(bench, "the value given");
     }
     for (int k = 0; k < N_REGULAR; k++) {
         const ladder l = find_ladder(bench, ladders[k]);

@@ -7,18 +7,19 @@
 
 #include <math.h>
 
-/// Knobs by what they have in common, as there are eight colours.
+/// Knobs by what they have in common, as there are eight colours. The scene's own mark comes last,
+/// so that it lies on top.
 enum { N_GROUP = 8 };
 static const char *const group_name[N_GROUP] = {
-    "the scene as it stands", "size",  "dt",     "size with dt", "mesh, scheme",
-    "tolerances, precision",  "order", "penalty"};
+    "size",  "dt",      "size with dt",          "mesh, scheme", "tolerances, precision",
+    "order", "penalty", "the scene as it stands"};
 
 static int group_of(nmm_trade_knob knob) {
     static const int group[NMM_TRADE_KNOBS] = {
-        [NMM_TRADE_SCENE] = 0,     [NMM_TRADE_SIZE] = 1,   [NMM_TRADE_DT] = 2,
-        [NMM_TRADE_BOTH] = 3,      [NMM_TRADE_MESH] = 4,   [NMM_TRADE_SCHEME] = 4,
-        [NMM_TRADE_TOLERANCE] = 5, [NMM_TRADE_SOLVER] = 5, [NMM_TRADE_PRECISION] = 5,
-        [NMM_TRADE_ORDER] = 6,     [NMM_TRADE_PENALTY] = 7};
+        [NMM_TRADE_SIZE] = 0,    [NMM_TRADE_DT] = 1,        [NMM_TRADE_BOTH] = 2,
+        [NMM_TRADE_MESH] = 3,    [NMM_TRADE_SCHEME] = 3,    [NMM_TRADE_TOLERANCE] = 4,
+        [NMM_TRADE_SOLVER] = 4,  [NMM_TRADE_PRECISION] = 4, [NMM_TRADE_ORDER] = 5,
+        [NMM_TRADE_PENALTY] = 6, [NMM_TRADE_SCENE] = 7};
     return group[knob];
 }
 

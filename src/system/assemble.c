@@ -274,3 +274,53 @@ bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const n
     system->made = true;
     return true;
 }
+
+// --- Coupling
+
+static nmm_status grow_coupling(nmm_context *context, nmm_system *system, int n, int m) {
+    nmm_coupling *coupling = &system->coupling;
+    const size_t size = 2 * (size_t)m * sizeof(double);
+    int capacity[3];
+    for (int i = 0; i < 3; i++)
+        capacity[i] = system->coupling_capacity;
+    coupling->n_row = 2 * m;
+    TRY(nmm_grow(context, &coupling->row, &capacity[0], n, 2 * (size_t)m * sizeof(int)));
+    TRY(nmm_grow(context, &coupling->push, &capacity[1], n, 2 * size));
+    TRY(nmm_grow(context, &coupling->pull, &capacity[2], n, 2 * size));
+    system->coupling_capacity = capacity[0];
+    return NMM_OK;
+}
+
+// The term of a contact that slides, from its spring at place p of couple q.
+static void add_term(nmm_system *system, const nmm_model *model, const nmm_contact *contact, int q,
+                     int p) {
+    const int m = model->n_local;
+    const double *spring = spring_of(system, p, m);
+    const long at = 2 * (long)m * system->coupling.n++;
+    const double stiffness =
+        contact->normal_stiffness * contact->shear_force / contact->normal_force;
+    int cover[2 * NMM_MOST_LOCAL] = {0};
+    nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
+    memcpy(system->coupling.row + at, cover, 2 * (size_t)m * sizeof(int));
+    memcpy(system->coupling.push + 2 * at, spring + 4 * m, 4 * (size_t)m * sizeof(double));
+    for (int i = 0; i < 4 * m; i++)
+        system->coupling.pull[2 * at + i] = stiffness * spring[i];
+}
+
+nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
+                             const nmm_state *state) {
+    const nmm_couples *couples = &system->couples;
+    int n = 0;
+    for (int k = 0; k < state->n_contact; k++)
+        n += state->contact[k].mode == NMM_CONTACT_SLIDE;
+    TRY(grow_coupling(context, system, n, model->n_local));
+    system->coupling.n = 0;
+    for (int q = 0; q < couples->n && n > 0; q++) {
+        for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
+            const nmm_contact *contact = &state->contact[couples->order[p] / 2];
+            const bool slides = contact->mode == NMM_CONTACT_SLIDE && contact->normal_force > 0;
+            if (slides) add_term(system, model, contact, q, p);
+        }
+    }
+    return NMM_OK;
+}

@@ -11,7 +11,8 @@
 #include <string.h>
 
 // Support springs: so many times Young's modulus over the cover size, by order. Stiffer ones would
-// lock covers of order 0; higher orders give way in more places, and need it for what they can tell.
+// lock covers of order 0; higher orders give way in more places, and need it for what they can
+// tell.
 static const double support_penalty[] = {50, 1000, 20000};
 
 // Points of a supported line share their carried traction over this many cover sizes. To raise it
@@ -46,26 +47,30 @@ typedef struct placing {
     int support_capacity, hold_capacity, load_capacity;
     double touch; // [m]
     struct {
-        int block, bin;
+        int block, material, bin;
     } * group; // [n_support_group]
     int group_capacity;
     int first_group;      // of the support being placed
     unsigned char *nodal; // [n_cover] the cover is one of a node, not of an edge or triangle
 } placing;
 
+static double modulus_of(const nmm_model *model, int element) {
+    return model->material[model->element_material[element]].youngs_modulus;
+}
+
 static nmm_status add_support(placing *p, const nmm_scene_support *from, int element,
                               nmm_vec2 place, double length, int group) {
     nmm_model *model = p->model;
     TRY(nmm_grow(p->context, &model->support, &p->support_capacity, model->n_support + 1,
                  sizeof(nmm_support)));
-    const double E = model->material[model->element_material[element]].youngs_modulus;
     nmm_support *support = &model->support[model->n_support];
     *support = (nmm_support){.element = element, .place = place, .length = length, .group = group};
     nmm_element_weights(model, element, place, support->weight);
     support->fix_x = from->fix_x;
     support->fix_y = from->fix_y;
     support->history = from->history;
-    support->stiffness = support_penalty[model->order] * E * length / model->size;
+    support->stiffness =
+        support_penalty[model->order] * modulus_of(model, element) * length / model->size;
     model->n_support += 1;
     return NMM_OK;
 }
@@ -94,18 +99,36 @@ static double share_of_end(const nmm_model *model) {
     return model->order == 0 ? 0.5 : 1.0 / 6;
 }
 
-// What vertex v stands for of the two loop edges at it that run along the segment.
-static double length_along(const placing *p, int v, const nmm_scene_support *from) {
+// What a loop vertex on a segment stands for: its parts of the two edges that run along it, each
+// with the modulus behind it. So a strain that is the same on both sides of a border gives all
+// springs the same way.
+typedef struct share {
+    double length;
+    double modulus; // mean over the length [Pa]
+    int element;    // behind the stiffer edge
+} share;
+
+static share share_along(const placing *p, int v, const nmm_scene_support *from) {
     const nmm_model *model = p->model;
     const int other[2] = {model->vertex_next[v], model->vertex_prev[v]};
-    double length = 0;
+    const int element[2] = {model->edge_element[v], model->edge_element[other[1]]};
+    share all = {.element = element[0]};
+    double sum = 0, stiffest = 0;
     for (int k = 0; k < 2; k++) {
         const nmm_vec2 end = start_of(model, other[k]);
         if (distance_to_segment(end, from->a, from->b) > p->touch) continue;
         const nmm_vec2 along = nmm_vec2_sub(end, start_of(model, v));
-        length += share_of_end(model) * sqrt(nmm_vec2_dot(along, along));
+        const double half = share_of_end(model) * sqrt(nmm_vec2_dot(along, along));
+        const double modulus = modulus_of(model, element[k]);
+        all.length += half;
+        sum += half * modulus;
+        if (modulus > stiffest) all.element = element[k];
+        stiffest = nmm_max(stiffest, modulus);
     }
-    return length;
+    all.modulus = all.length > 0 ? sum / all.length : modulus_of(model, all.element);
+    // A vertex that only touches the segment.
+    all.length = nmm_max(all.length, 1e-3 * model->size);
+    return all;
 }
 
 // Initial stress xx, yy, xy at a place of element e.
@@ -121,24 +144,27 @@ static void initial_stress_at(const nmm_scene *scene, const nmm_model *model, in
     stress[2] = 0;
 }
 
-// Group of a point of block `block` at distance `along` from the segment's start.
-static nmm_status group_of(placing *p, const nmm_scene_support *from, int block, double along,
+// Group of a point of `element` at distance `along` from the segment's start. Materials have groups
+// of their own: pressures on them are far apart where stiffnesses are.
+static nmm_status group_of(placing *p, const nmm_scene_support *from, int element, double along,
                            int *group) {
     nmm_model *model = p->model;
+    const int block = model->element_block[element], material = model->element_material[element];
     const nmm_vec2 ab = nmm_vec2_sub(from->b, from->a);
     const double length = sqrt(nmm_vec2_dot(ab, ab));
     const int n = nmm_max_int(1, (int)(length / (GROUP_LENGTH * model->size)));
     const int bin = nmm_min_int(n - 1, (int)(n * nmm_max(0, along) / nmm_max(length, p->touch)));
     for (int k = p->first_group; k < model->n_support_group; k++) {
-        if (p->group[k].block == block && p->group[k].bin == bin) {
-            *group = k;
-            return NMM_OK;
-        }
+        if (p->group[k].block != block || p->group[k].material != material) continue;
+        if (p->group[k].bin != bin) continue;
+        *group = k;
+        return NMM_OK;
     }
     TRY(nmm_grow(p->context, &p->group, &p->group_capacity, model->n_support_group + 1,
                  sizeof(*p->group)));
     *group = model->n_support_group++;
     p->group[*group].block = block;
+    p->group[*group].material = material;
     p->group[*group].bin = bin;
     return NMM_OK;
 }
@@ -150,7 +176,7 @@ static nmm_status add_on_segment(placing *p, const nmm_scene_support *from, int 
     const double whole = sqrt(nmm_vec2_dot(ab, ab));
     const double along = whole > 0 ? nmm_vec2_dot(ab, off) / whole : 0;
     int group = -1;
-    TRY(group_of(p, from, p->model->element_block[element], along, &group));
+    TRY(group_of(p, from, element, along, &group));
     return add_support(p, from, element, place, length, group);
 }
 
@@ -204,8 +230,10 @@ static nmm_status support_segment(placing *p, const nmm_scene *scene,
     for (int v = 0; v < model->n_vertex; v++) {
         const nmm_vec2 place = start_of(model, v);
         if (distance_to_segment(place, from->a, from->b) > p->touch) continue;
-        const double length = nmm_max(length_along(p, v, from), 1e-3 * model->size);
-        TRY(add_on_segment(p, from, model->edge_element[v], place, length));
+        const share own = share_along(p, v, from);
+        TRY(add_on_segment(p, from, own.element, place, own.length));
+        model->support[model->n_support - 1].stiffness =
+            support_penalty[model->order] * own.modulus * own.length / model->size;
     }
     if (model->n_support > before) {
         if (model->order > 0) TRY(support_middles(p, from));
@@ -228,11 +256,26 @@ static bool inside_box(const placing *p, nmm_vec2 place, const nmm_scene_support
            place.y >= box->a.y - p->touch && place.y <= box->b.y + p->touch;
 }
 
+// The stiffest of the elements round each point: the same whatever the order they come in.
+static void find_stiffest(const nmm_model *model, int *stiffest) {
+    for (int k = 0; k < model->n_point; k++)
+        stiffest[k] = model->point_element[k];
+    for (int e = 0; e < model->n_element; e++) {
+        for (int k = model->element_start[e]; k < model->element_start[e + 1]; k++) {
+            int *best = &stiffest[model->corner_point[k]];
+            if (modulus_of(model, e) > modulus_of(model, *best)) *best = e;
+        }
+    }
+}
+
 // Every material point inside the box; covers that lie wholly inside are held exactly.
 static nmm_status support_box(placing *p, const nmm_scene_support *from) {
     nmm_model *model = p->model;
     unsigned char *outside = NULL;
+    int *stiffest = NULL;
     TRY(nmm_allocate(p->context, &outside, (size_t)model->n_cover, 1));
+    nmm_status status = nmm_allocate(p->context, &stiffest, (size_t)model->n_point, sizeof(int));
+    if (status == NMM_OK) find_stiffest(model, stiffest);
     for (int e = 0; e < model->n_element; e++) {
         bool inside = true;
         for (int k = model->element_start[e]; k < model->element_start[e + 1]; k++) {
@@ -241,12 +284,11 @@ static nmm_status support_box(placing *p, const nmm_scene_support *from) {
         for (int i = 0; i < model->n_local && !inside; i++)
             outside[model->element_cover[model->n_local * e + i]] = 1;
     }
-    nmm_status status = NMM_OK;
     for (int c = 0; c < model->n_cover && status == NMM_OK; c++) {
         if (!outside[c]) status = add_hold(p, from, c);
     }
     for (int k = 0; k < model->n_point && status == NMM_OK; k++) {
-        const int e = model->point_element[k];
+        const int e = stiffest[k];
         const int *cover = model->element_cover + model->n_local * (long)e;
         if (!inside_box(p, point_of(model, k), from)) continue;
         bool held = true;
@@ -256,6 +298,7 @@ static nmm_status support_box(placing *p, const nmm_scene_support *from) {
         status = add_support(p, from, e, point_of(model, k), 0.5 * model->size, -1);
     }
     nmm_release(p->context, &outside);
+    nmm_release(p->context, &stiffest);
     return status;
 }
 

@@ -50,7 +50,8 @@ typedef struct nmm_system {
     double *element_mass;       // [n_element][pairs] kg, by nmm_pair_index; diagonal when lumped
     double *base_mass;          // [n_base] kg, the same by entry of base_col
     double *cover_mass;         // [n_cover] kg, row sums
-    nmm_elastic *elastic;       // [n_material]
+    double *cover_give; // [n_cover][2] stiffness of its elements N/m, mass kg; NULL: not augmented
+    nmm_elastic *elastic;               // [n_material]
     int *support_start, *cover_support; // n_local * support + place of the cover, by cover
     int *edge_start,
         *cover_edge;  // n_local * loop edge + place of the cover in its element, by cover
@@ -101,6 +102,8 @@ typedef struct nmm_system {
     unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
     bool made;                  // K was made for the contacts as they are listed
     int spring_capacity;
+    nmm_coupling coupling; // of the contacts that slide, nmm_system_couple
+    int coupling_capacity;
 } nmm_system;
 
 /// Numbers of a spring in nmm_system.spring, for elements with m functions.
@@ -146,6 +149,11 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
 bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, double h, bool anew);
 
+/// system->coupling: what K leaves out, the change of friction with the pressure of contacts that
+/// slide. Belongs to K as it is.
+nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
+                             const nmm_state *state);
+
 /// Entry of base_col for column `col` of row c, which has it.
 int nmm_system_entry(const nmm_system *system, int c, int col);
 
@@ -169,6 +177,12 @@ typedef enum nmm_couples_change {
     NMM_CONTACTS_CHANGED, // other contacts of couples that are listed
     NMM_COUPLES_CHANGED,
 } nmm_couples_change;
+
+/// Augmented contact: stiffness of the covers, and the least stiffness of contact springs in a step
+/// of length h.
+nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model);
+void nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
+                        double h);
 
 /// The inside of nmm_system_pattern: contacts by couple, by vertex and by edge.
 nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const nmm_model *model);

@@ -262,8 +262,6 @@ def test_ratio(t):
              "covers": {"size": 0.5}, "analysis": {"tolerance": 1e-12}, "solver": {"tolerance": 1e-14},
              "time": {"dt": 1e4, "end": 2.5e5, "max_move": 1},
              "monitors": [{"name": "soft", "point": [1.1, 2.1]}, {"name": "hard", "point": [3.1, 2.1]}]}
-    t.head(t.extreme, "supports hold the mean of groups of points, exact where the pressure on a group"
-           " is uniform; here it jumps. Errors fall with the cover size")
     for name in ("lattice", "static"):
         result = t.run(name, merge(scene, ANALYSES[name]))
         if result:
@@ -271,7 +269,6 @@ def test_ratio(t):
                     result.monitor("hard", "stress")[1], 1e-5)
             t.close(f"{name}: regions under one strain, stress of the soft one", -1e-3,
                     result.monitor("soft", "stress")[1], 1e-5)
-    t.head(t.extreme)
     for what, order in (("soft on hard", (1e11, 1e3)), ("hard on soft", (1e3, 1e11))):
         # Strains of 1e-12 have four digits.
         at_rest(t, what, change(resting((10, 10), order), gravity=[0, -0.01]), ledger=1e-3)
@@ -644,7 +641,7 @@ FOUND = {
     "light_beside_heavy": ("free fall of 1 g beside 100 t", None, falls_side_by_side),
     "soft_beside_hard": ("equilibrium of a soft body beside a hard one", None, strains_side_by_side),
     "augmented_gain": ("a moving block between others, penalty 0.19 E, augmented",
-                       "carried contact forces do work that no spring has stored", gains_energy),
+                       None, gains_energy),
 }
 
 GROUPS = {

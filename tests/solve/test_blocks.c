@@ -465,7 +465,7 @@ static void test_hints_are_checked(void **state) {
     (void)state;
     fixture x;
     set_up_wall(&x, &small_wall);
-    const int wrong_body[] = {-1, INT32_MIN, 96, INT32_MAX};
+    const int wrong_body[] = {-2, INT32_MIN, 96, INT32_MAX};
     const double wrong_place[] = {NAN, INFINITY, -INFINITY, 1e200};
     for (int b = 0; b <= NMM_BLOCKS_BODY; b++) {
         const choice c = {NMM_SOLVE_PCG, (nmm_solve_blocks)b, NMM_PRECISION_DOUBLE};
@@ -487,7 +487,7 @@ static void test_hints_are_checked(void **state) {
     }
     // Without both there is no coarse correction, and nothing to check.
     const choice body = {NMM_SOLVE_PCG, NMM_BLOCKS_BODY, NMM_PRECISION_DOUBLE};
-    x.body[50] = -1;
+    x.body[50] = -2;
     x.options.place = NULL;
     assert_int_equal(solve_with(&x, body), NMM_OK);
     assert_int_equal(x.report.blocks, NMM_BLOCKS_CLUSTER);

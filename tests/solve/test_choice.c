@@ -454,6 +454,33 @@ static void test_reuse_after_trouble(void **state) {
     tear_down(&x);
 }
 
+// A factor that a hundred solves did without gives its memory back.
+static void test_unused_factor(void **state) {
+    (void)state;
+    const rock wall = {
+        .n_across = 2, .n_up = 2, .n_node = 4, .courant = 100, .spring = 20, .seed = 3};
+    fixture x;
+    set_up(&x, &wall);
+    x.options.method = NMM_SOLVE_AUTO;
+    solve(&x, false);
+    assert_int_equal(x.report.method, NMM_SOLVE_DIRECT);
+    assert_non_null(x.solver->direct);
+    // Mixed precision has no factor.
+    x.options.precision = NMM_PRECISION_MIXED;
+    for (int k = 0; k < 100; k++)
+        solve(&x, true);
+    const size_t with = x.context.live_bytes;
+    assert_non_null(x.solver->direct);
+    solve(&x, true);
+    assert_null(x.solver->direct);
+    assert_true(x.context.live_bytes < with);
+    // It is made again where it is wanted.
+    x.options.precision = NMM_PRECISION_DOUBLE;
+    solve(&x, false);
+    assert_int_equal(x.report.method, NMM_SOLVE_DIRECT);
+    tear_down(&x);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_never_twice_the_best),
@@ -464,6 +491,7 @@ int main(void) {
         cmocka_unit_test(test_reuse_with_other_contacts),
         cmocka_unit_test(test_reuse_of_all),
         cmocka_unit_test(test_reuse_after_trouble),
+        cmocka_unit_test(test_unused_factor),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

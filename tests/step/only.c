@@ -117,6 +117,29 @@ static void the_search_left_out_is_of_no_use(void **unused) {
 
 // --- Other features
 
+static void order_0_has_no_samples(void **unused) {
+    (void)unused;
+    const char *const one[] = {"covers.order=1"};
+    nmm_check check;
+    nmm_sim *plain = open_scene(SCENE_COLUMN, 0, NULL), *curved = open_scene(SCENE_COLUMN, 1, one);
+    const void *const none[] = {plain->model.element_gram,      plain->model.sample_area,
+                                plain->model.sample_linear,     plain->state.sample_initial,
+                                plain->system.curved_stiffness, curved->system.piola,
+                                curved->system.stiffness};
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++)
+        assert_null(none[i]);
+    assert_non_null(curved->model.element_gram);
+    assert_non_null(curved->system.curved_stiffness);
+    assert_int_equal(nmm_sim_check(plain, &check), NMM_OK);
+    assert_near(plain->costs.curved_bytes, 0, 0);
+    const double least = check.memory_bytes;
+    assert_int_equal(nmm_sim_check(curved, &check), NMM_OK);
+    assert_true(curved->costs.curved_bytes > 0);
+    assert_true(check.memory_bytes > least + curved->costs.curved_bytes);
+    nmm_sim_destroy(plain);
+    nmm_sim_destroy(curved);
+}
+
 static void means_are_kept_for_newmark_only(void **unused) {
     (void)unused;
     const char *const newmark[] = {"analysis.scheme=newmark"};
@@ -188,6 +211,7 @@ int main(void) {
         cmocka_unit_test(one_block_never_searches),
         cmocka_unit_test(two_blocks_do),
         cmocka_unit_test(the_search_left_out_is_of_no_use),
+        cmocka_unit_test(order_0_has_no_samples),
         cmocka_unit_test(means_are_kept_for_newmark_only),
         cmocka_unit_test(what_is_not_held_has_no_reaction),
         cmocka_unit_test(steps_allocate_nothing),

@@ -151,7 +151,8 @@ static void test_cantilever(void **state) {
                      error[k]);
             run_close(&r);
         }
-        // The solution is a cubic, which order 2 holds; what the displacements are large by is left.
+        // The solution is a cubic, which order 2 holds; what the displacements are large by is
+        // left.
         row_below(set_text("order %d, cantilever: error of the tip at size %g", order, size[2]),
                   error[2], order == 1 ? 1e-5 : 3e-6);
     }

@@ -46,10 +46,8 @@ static void test_stack_penalty(void **state) {
                     set_text("contact.penalty=%g", penalty[k]));
         run_to_end(&r);
         const char *name = set_text("augmented, penalty %g E", penalty[k]);
-        if (k == 0) rows_known("carried forces of soft contacts do not come to rest in 30 rounds");
         row_close(set_text("%s: force under block 1", name), 5 * 2500 * GRAVITY, force_at(r.sim, 0),
                   1e-4);
-        if (k == 0) rows_end();
         top[k] = run_monitor(&r, "top").displacement[1];
         // Gravity acts at once and friction holds what it finds: not one answer, so not tested.
         row_note(set_text("%s: settlement of the top over that at 1 E", name), top[k] / top[0]);

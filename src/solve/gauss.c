@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: MIT
+//
+// Minimal residuals for a system with a coupling, preconditioned by one symmetric Gauss-Seidel
+// sweep of its symmetric part: x = (D + U)^-1 D y, where y leaves least of (D + L)^-1 (f - K x),
+// after Saad and Schultz (1986) and Eisenstat (1981). Rows of a body that has three are eliminated
+// as one. A coupling may leave a system that no iteration gets far with: then this gives up after a
+// few, says so, and is left out for some solves. What always holds: solved means that |f - K u| was
+// measured, the coupling included.
+
+#include "gauss.h"
+
+#include <math.h>
+#include <string.h>
+
+// Part of the residual allowed at which the iteration ends: what it measures is not the true one.
+#define MARGIN 0.35
+
+// Solves that are left out after failures, at most.
+#define LONGEST_PAUSE 64
+
+// A pivot below this part of its diagonal element counts as none.
+#define SINGULAR 1e-14
+
+// Prices in nanoseconds of one core of about 3 GHz, as in choose.c.
+#define PER_BLOCK 0.7   // a 2x2 block in a product, forward and backward
+#define PER_ROW 20.0    // waits for the one before, twice; and its share of directions
+#define PER_LUMP 30.0   // the same for three rows
+#define PER_NUMBER 0.2  // of the factor, twice for each solve with it
+#define ANALYSE 30.0    // by block
+#define FIRST_WORK 10.0 // of a factor not known yet, by block
+
+// Work of a factor from which on threads share it.
+#define LEAST_SHARED 1e6
+
+// Orders of magnitude that an iteration gains where nothing is known, and solves after which that
+// counts again.
+#define RATE_OF_SWEEPS 0.2
+#define RATE_OF_FACTOR 0.6
+#define MEMORY 100
+
+// --- Memory
+
+static void release(nmm_context *context, nmm_gauss *g) {
+    double **const owned[] = {&g->basis, &g->own_inverse, &g->block, &g->t, &g->ahead, &g->extra};
+    for (size_t k = 0; k < sizeof owned / sizeof *owned; k++)
+        nmm_release(context, owned[k]);
+    g->capacity = 0;
+}
+
+void nmm_gauss_destroy(nmm_context *context, nmm_gauss **gauss) {
+    if (*gauss == NULL) return;
+    release(context, *gauss);
+    nmm_factor_destroy(context, &(*gauss)->factor);
+    nmm_release(context, gauss);
+}
+
+static nmm_status reserve(nmm_context *context, nmm_gauss **gauss, int n_row) {
+    if (*gauss == NULL) TRY(nmm_allocate(context, gauss, 1, sizeof **gauss));
+    nmm_gauss *g = *gauss;
+    if (n_row <= g->capacity) return NMM_OK;
+    release(context, g);
+    const size_t n = (size_t)n_row, pair = 2 * sizeof(double);
+    TRY(nmm_allocate(context, &g->basis, n * (NMM_GAUSS_MOST + 1), pair));
+    TRY(nmm_allocate(context, &g->own_inverse, n, 16 * sizeof(double)));
+    TRY(nmm_allocate(context, &g->block, n, 12 * sizeof(double)));
+    TRY(nmm_allocate(context, &g->t, n, pair));
+    TRY(nmm_allocate(context, &g->ahead, n, pair));
+    TRY(nmm_allocate(context, &g->extra, n, pair));
+    g->capacity = n_row;
+    return NMM_OK;
+}
+
+// --- Lumps
+
+// Are the rows those of bodies with three rows each, with all blocks between these?
+static bool has_threes(const nmm_bsr *K, const int *body) {
+    if (body == NULL || K->n_row % 3 != 0) return false;
+    for (int row = 0; row < K->n_row; row++) {
+        const int i = row % 3, first = K->diagonal[row] - i;
+        if (body[row] < 0 || body[row] != body[row - i]) return false;
+        if (first < K->row_start[row] || first + 3 > K->row_start[row + 1]) return false;
+        if (K->col[first] != row - i || K->col[first + 2] != row - i + 2) return false;
+    }
+    return true;
+}
+
+// The inverse of a symmetric 6x6 block by Gauss and Jordan, in place; false: not positive definite.
+static bool invert_six(double a[6][6]) {
+    for (int k = 0; k < 6; k++) {
+        const double diagonal = a[k][k];
+        if (!(diagonal > 0)) return false;
+        const double inverse = 1 / diagonal;
+        for (int j = 0; j < 6; j++)
+            a[k][j] *= inverse;
+        a[k][k] = inverse;
+        for (int i = 0; i < 6; i++) {
+            if (i == k) continue;
+            const double factor = a[i][k];
+            a[i][k] = 0;
+            for (int j = 0; j < 6; j++)
+                a[i][j] -= factor * a[k][j];
+        }
+    }
+    return true;
+}
+
+static bool invert_threes(const nmm_gauss *g, const nmm_bsr *K) {
+    for (int lump = 0; lump < K->n_row / 3; lump++) {
+        double a[6][6], *kept = g->block + 36 * (long)lump;
+        for (int i = 0; i < 3; i++) {
+            const double *block = K->value + 4 * (long)(K->diagonal[3 * lump + i] - i);
+            for (int j = 0; j < 12; j++)
+                a[2 * i + j / 2 % 2][2 * (j / 4) + j % 2] = block[j];
+        }
+        // Most bodies have the block that they had in the pass before.
+        if (memcmp(a, kept, sizeof a) == 0) continue;
+        memcpy(kept, a, sizeof a);
+        if (!invert_six(a)) {
+            memset(kept, 0, sizeof a);
+            return false;
+        }
+        double *column = g->own_inverse + 48 * (long)lump;
+        for (int j = 0; j < 6; j++) {
+            for (int i = 0; i < 6; i++)
+                column[8 * j + i] = a[i][j];
+            column[8 * j + 6] = column[8 * j + 7] = 0;
+        }
+    }
+    return true;
+}
+
+static bool make_lumps(nmm_gauss *g, const nmm_solver *s, const nmm_bsr *K) {
+    if (!s->pattern_kept || g->lump == 0) g->lump = has_threes(K, s->options.body) ? 3 : 1;
+    g->diagonal = K->diagonal;
+    g->inverse = g->lump == 3 ? g->own_inverse : s->wide.inverse;
+    return g->lump == 1 || invert_threes(g, K);
+}
+
+// --- Minimal residuals
+
+// The small least squares problem: rotations that make the matrix of parts a triangle.
+typedef struct triangle {
+    double part[NMM_GAUSS_MOST][NMM_GAUSS_MOST + 1]; // by columns
+    double cosine[NMM_GAUSS_MOST], sine[NMM_GAUSS_MOST];
+    double rest[NMM_GAUSS_MOST + 1];
+    int n;
+} triangle;
+
+static void rotate(triangle *r, int k) {
+    double *h = r->part[k];
+    for (int j = 0; j < k; j++) {
+        const double a = h[j], b = h[j + 1];
+        h[j] = r->cosine[j] * a + r->sine[j] * b;
+        h[j + 1] = r->cosine[j] * b - r->sine[j] * a;
+    }
+    const double length = sqrt(h[k] * h[k] + h[k + 1] * h[k + 1]);
+    r->cosine[k] = length > 0 ? h[k] / length : 1;
+    r->sine[k] = length > 0 ? h[k + 1] / length : 0;
+    h[k] = length;
+    r->rest[k + 1] = -r->sine[k] * r->rest[k];
+    r->rest[k] *= r->cosine[k];
+    r->n = k + 1;
+}
+
+// The preconditioned residual, the first direction.
+static void begin(const nmm_solver *s, nmm_gauss *g, int kind) {
+    const size_t size = 2 * (size_t)s->n * sizeof(double);
+    if (kind == NMM_GAUSS_FACTOR) {
+        memcpy(g->basis, s->wide.r, size);
+        return;
+    }
+    // (D + L)^-1 r is the forward half of a product whose t and v are zero.
+    memset(g->t, 0, size);
+    s->variant->gauss_forward(s, g, g->t, g->t, s->wide.r, g->ahead, g->basis);
+}
+
+// w = preconditioned product with v. With the factor of K itself that is v and the coupling's part.
+static void multiply(const nmm_solver *s, nmm_gauss *g, int kind, const double *v, double *w) {
+    if (kind == NMM_GAUSS_FACTOR) {
+        nmm_factor_fastest()->apply(&g->factor, v, g->t);
+        s->variant->couple(s->options.coupling, s->n, g->t, g->extra);
+        for (int i = 0; i < 2 * s->n; i++)
+            w[i] = v[i] + g->extra[i];
+        return;
+    }
+    s->variant->gauss_backward(s, g, v, g->t);
+    s->variant->couple(s->options.coupling, s->n, g->t, g->extra);
+    s->variant->gauss_forward(s, g, v, g->t, g->extra, g->ahead, w);
+}
+
+// u += what the best combination of the directions stands for.
+static void add_best(const nmm_solver *s, nmm_gauss *g, int kind, const triangle *r) {
+    const int n = 2 * s->n;
+    double part[NMM_GAUSS_MOST];
+    for (int i = r->n - 1; i >= 0; i--) {
+        part[i] = r->rest[i];
+        for (int j = i + 1; j < r->n; j++)
+            part[i] -= r->part[j][i] * part[j];
+        part[i] = r->part[i][i] > 0 ? part[i] / r->part[i][i] : 0;
+    }
+    memset(g->ahead, 0, (size_t)n * sizeof(double));
+    for (int j = 0; j < r->n; j++)
+        for (int i = 0; i < n; i++)
+            g->ahead[i] += part[j] * g->basis[(long)j * n + i];
+    if (kind == NMM_GAUSS_FACTOR)
+        nmm_factor_fastest()->apply(&g->factor, g->ahead, g->t);
+    else
+        s->variant->gauss_backward(s, g, g->ahead, g->t);
+    for (int i = 0; i < n; i++)
+        s->wide.u[i] += g->t[i];
+}
+
+static double true_norm(const nmm_solver *s, nmm_gauss *g) {
+    const int n = 2 * s->n;
+    s->variant->multiply(s, s->wide.u, s->wide.r);
+    s->variant->couple(s->options.coupling, s->n, s->wide.u, g->extra);
+    for (int i = 0; i < n; i++)
+        s->wide.r[i] = s->wide.f[i] - s->wide.r[i] - g->extra[i];
+    return sqrt(nmm_sum_product(n, s->wide.r, s->wide.r, 1));
+}
+
+static void scale(double *x, int n, double factor) {
+    for (int i = 0; i < n; i++)
+        x[i] *= factor;
+}
+
+// From the residual in wide.r, until it should be `gain` times smaller, `most` iterations at most.
+static int minimise(const nmm_solver *s, nmm_gauss *g, int kind, double gain, int most) {
+    const int n = 2 * s->n;
+    triangle r = {.n = 0};
+    begin(s, g, kind);
+    const double first = sqrt(nmm_sum_product(n, g->basis, g->basis, 1));
+    if (!(first > 0 && first < INFINITY)) return 0;
+    scale(g->basis, n, 1 / first);
+    r.rest[0] = first;
+    for (int k = 0; k < most && fabs(r.rest[k]) > gain * first; k++) {
+        double *v = g->basis + (long)k * n, *w = v + n;
+        multiply(s, g, kind, v, w);
+        const double length = s->variant->orthogonalise(g->basis, k + 1, n, w, r.part[k]);
+        r.part[k][k + 1] = length;
+        rotate(&r, k);
+        if (!(length > 0 && length < INFINITY)) break;
+        scale(w, n, 1 / length);
+    }
+    add_best(s, g, kind, &r);
+    return r.n;
+}
+
+// --- Control
+
+// The kind that promises the least work for `gain` orders of magnitude.
+static int choose(const nmm_gauss *g, const nmm_bsr *K, double gain) {
+    const double n_block = K->row_start[K->n_row], n = K->n_row;
+    const double sweeps = gain / g->rate[NMM_GAUSS_SWEEPS];
+    const double per_row = g->lump == 3 ? PER_LUMP / 3 : PER_ROW;
+    const double of_sweeps = sweeps * (PER_BLOCK * n_block + per_row * n);
+    const double solves = 1 + gain / g->rate[NMM_GAUSS_FACTOR];
+    double of_factor = 0;
+    if (nmm_factor_knows(&g->factor, K))
+        of_factor += g->factor.work + 2 * PER_NUMBER * g->factor.n_number * solves;
+    else
+        of_factor += (FIRST_WORK + ANALYSE / nmm_max_int(2, g->n_kept)) * n_block;
+    return of_factor < of_sweeps ? NMM_GAUSS_FACTOR : NMM_GAUSS_SWEEPS;
+}
+
+static void remember(nmm_gauss *g, bool kept) {
+    if (g->solves++ % MEMORY == 0) {
+        g->rate[NMM_GAUSS_SWEEPS] = RATE_OF_SWEEPS;
+        g->rate[NMM_GAUSS_FACTOR] = RATE_OF_FACTOR;
+    }
+    g->n_kept = kept ? g->n_kept + 1 : 0;
+}
+
+// What the kind needs of the matrix; *made: it is there.
+static nmm_status prepare(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
+                          int kind, bool *made) {
+    if (kind == NMM_GAUSS_SWEEPS) {
+        *made = make_lumps(g, s, K);
+        return NMM_OK;
+    }
+    const double *place = s->options.body != NULL ? s->options.place : NULL;
+    TRY(nmm_factor_analyse(context, &g->factor, K, place));
+    const int n_thread = g->factor.work < LEAST_SHARED ? 1 : g->n_thread;
+    TRY(nmm_factor_reserve(context, &g->factor, n_thread));
+    *made = nmm_factor_fastest()->make(&g->factor, K->value) < 0;
+    return NMM_OK;
+}
+
+static void iterate(nmm_solver *s, nmm_gauss *g, int kind, nmm_solve_report *report, double *norm) {
+    memset(s->wide.u, 0, 2 * (size_t)s->n * sizeof(double));
+    memcpy(s->wide.r, s->wide.f, 2 * (size_t)s->n * sizeof(double));
+    *norm = s->norm;
+    double before = INFINITY;
+    while (*norm > s->limit && *norm < 0.5 * before && report->iterations < NMM_GAUSS_MOST) {
+        before = *norm;
+        report->iterations +=
+            minimise(s, g, kind, MARGIN * s->limit / *norm, NMM_GAUSS_MOST - report->iterations);
+        *norm = true_norm(s, g);
+    }
+    if (!(*norm < s->norm)) *norm = s->norm;
+    const double gain = *norm > 0 ? log10(s->norm / *norm) : 0;
+    if (report->iterations > 0) g->rate[kind] = nmm_max(gain, 0.1) / report->iterations;
+}
+
+// After a failure some solves are left out, twice as many each time.
+static void judge(nmm_gauss *g, bool solved) {
+    if (solved) {
+        g->next_pause = 0;
+        return;
+    }
+    g->pause = g->next_pause;
+    g->next_pause = nmm_min_int(2 * g->next_pause + 1, LONGEST_PAUSE);
+}
+
+static nmm_status try_kind(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
+                           int kind, nmm_solve_report *report, double *norm) {
+    bool made = false;
+    *norm = INFINITY;
+    TRY(prepare(context, s, g, K, kind, &made));
+    if (made) iterate(s, g, kind, report, norm);
+    return NMM_OK;
+}
+
+static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
+                      double *u, nmm_solve_report *report) {
+    double norm = 0;
+    const double gain = s->limit < s->norm ? log10(s->norm / s->limit) : 0.1;
+    const int kind = choose(g, K, gain);
+    TRY(try_kind(context, s, g, K, kind, report, &norm));
+    if (!(norm <= s->limit)) {
+        judge(g, false);
+        return NMM_OK;
+    }
+    judge(g, true);
+    s->guess_norm = s->norm;
+    nmm_solver_finish(s, norm, u, report);
+    report->method = kind == NMM_GAUSS_FACTOR ? NMM_SOLVE_DIRECT : NMM_SOLVE_PCG;
+    report->why = kind == NMM_GAUSS_FACTOR ? "a direct solve promises the least work"
+                                           : "Gauss-Seidel sweeps promise the least work";
+    report->coupled = report->end == NMM_SOLVE_CONVERGED;
+    return NMM_OK;
+}
+
+nmm_status nmm_gauss_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
+                           const double *f, double *u, bool keep_pattern,
+                           const nmm_solve_options *options, nmm_solve_report *report, bool *done) {
+    *done = false;
+    TRY(reserve(context, &solver->gauss, solver->max_row));
+    nmm_gauss *g = solver->gauss;
+    if (g->pause > 0) {
+        g->pause -= 1;
+        return NMM_OK;
+    }
+    nmm_solve_options own = *options;
+    own.method = NMM_SOLVE_PCG;
+    own.blocks = NMM_BLOCKS_COVER;
+    own.precision = NMM_PRECISION_DOUBLE;
+    own.n_thread = 1;
+    g->n_thread = nmm_max_int(options->n_thread > 0 ? options->n_thread : context->n_thread, 1);
+    own.tolerance = nmm_max(own.tolerance, options->coupling->tolerance);
+    TRY(nmm_solver_prepare(context, solver, K, keep_pattern, &own));
+    remember(g, solver->pattern_kept);
+    bool ready = false;
+    TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
+    if (ready) TRY(run(context, solver, g, K, u, report));
+    *done = report->coupled;
+    return NMM_OK;
+}

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+//
+// Springs of augmented contact. Carried forces take over what the springs hold, a share of
+// k / (k + K) at a time, where K is the stiffness of the bodies beside; so k is a multiple of that
+// at least, whatever penalty the scene gives. In short steps inertia is stiffer than any spring:
+// carried forces would follow slowly, and do work that nothing has stored. There they stay as they
+// are. Equation (5.14) of docs/theory/5-contact.md.
+
+#include "system.h"
+
+// Over the stiffness of the bodies beside.
+#define STIFFER 5.0
+
+// Inertia over that stiffness, up to which a step is slow.
+#define SLOW 0.05
+
+// Stiffness of the local function i of element e, whose linear functions have the gradients g; of a
+// curved one the order of magnitude.
+static double stiffness_of(const nmm_elastic *elastic, double area, const double g[6], int i) {
+    double square = 0;
+    for (int k = 0; k < 6; k++)
+        square += i >= 3 || k / 2 == i ? g[k] * g[k] : 0;
+    return area * (2 * elastic->mu + nmm_max(0, elastic->lambda)) * square;
+}
+
+nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model) {
+    TRY(nmm_allocate(context, &system->cover_give, 2 * (size_t)model->n_cover, sizeof(double)));
+    for (int k = 0; k < model->n_local * model->n_element; k++) {
+        const int e = k / model->n_local;
+        const double *g = model->element_gradient + 6 * (long)e;
+        system->cover_give[2 * (long)model->element_cover[k]] +=
+            stiffness_of(&system->elastic[model->element_material[e]], model->element_area[e], g,
+                         k % model->n_local);
+    }
+    for (int c = 0; c < model->n_cover; c++) {
+        for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++)
+            if (system->base_col[k] == c)
+                system->cover_give[2 * (long)c + 1] = system->base_mass[k];
+    }
+    return NMM_OK;
+}
+
+// How far a place of loop edge v gives under a unit force, cover by cover, if only elasticity (0)
+// or only inertia (1) resists; held covers do not [m/N].
+static void add_give(const nmm_system *system, const nmm_model *model, int v, double along,
+                     double give[2]) {
+    const int n = model->n_local;
+    const double *weight = model->edge_weight + 2L * n * v;
+    for (int i = 0; i < n; i++) {
+        const int c = model->element_cover[n * (long)model->edge_element[v] + i];
+        if (system->fixed != NULL && system->fixed[c] == 3) continue;
+        const double w = (1 - along) * weight[i] + along * weight[n + i];
+        give[0] += w * w / system->cover_give[2 * (long)c];
+        give[1] += w * w / system->cover_give[2 * (long)c + 1];
+    }
+}
+
+// A short step after long ones may begin with the force of an impact, which in a long step is more
+// than anything will hold: what is carried on is no more than was held twice.
+static void limit_carried(nmm_contact *contact) {
+    const double carried = contact->carried_normal;
+    const double held = nmm_min(contact->normal_force, contact->force_before);
+    if (contact->bonded || !(carried > 0 && held < carried)) return;
+    contact->carried_normal = nmm_max(0, held);
+    contact->carried_shear *= contact->carried_normal / carried;
+}
+
+void nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
+                        double h) {
+    if (system->cover_give == NULL) return;
+    const double inertia = 2 / (h * h) + 2 * system->damping / h;
+    for (int k = 0; k < state->n_contact; k++) {
+        nmm_contact *contact = &state->contact[k];
+        double give[2] = {0, 0};
+        add_give(system, model, contact->vertex, 0, give);
+        add_give(system, model, contact->edge, nmm_max(0, nmm_min(1, contact->anchor)), give);
+        // Between what is held there is nothing to hold.
+        if (!(give[0] > 0)) continue;
+        const double least = STIFFER / give[0];
+        contact->normal_stiffness = nmm_max(contact->normal_stiffness, least);
+        contact->shear_stiffness = nmm_max(contact->shear_stiffness, least / 2.5);
+        contact->hasty = inertia * give[0] > SLOW * give[1];
+        if (contact->hasty) limit_carried(contact);
+        contact->force_before = contact->normal_force;
+    }
+}
