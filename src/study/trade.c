@@ -200,7 +200,8 @@ static nmm_status put_left_out(nmm_bench *bench, const nmm_trade_setting *settin
     TRY(nmm_bench_add(bench));
     new_row(bench, setting);
     TRY(put_words(bench, setting));
-    TRY(nmm_bench_say(bench, NMM_TRADE_COLUMN_END, "left out: a coarser one took too long"));
+    TRY(nmm_bench_say(bench, NMM_TRADE_COLUMN_END,
+                      "left out: a coarser one, or one of lower order, took too long"));
     nmm_bench_done(bench);
     return NMM_OK;
 }
@@ -213,7 +214,7 @@ static bool is_mesh_or_time(nmm_trade_knob knob) {
 
 static nmm_status run_all(nmm_bench *bench) {
     const nmm_trade *trade = bench->trade;
-    bool too_long[NMM_TRADE_KNOBS] = {false};
+    double too_long[NMM_TRADE_KNOBS] = {0}; // coarsest factor that was; 0: none
     for (int k = 0; k < trade->n_setting; k++) {
         const nmm_trade_setting *setting = &trade->setting[k];
         const nmm_trade_knob knob = setting->knob;
@@ -221,8 +222,9 @@ static nmm_status run_all(nmm_bench *bench) {
         outcome out;
         if (!nmm_bench_goes_on(bench, "trade: run %d of %d, %s", k + 1, trade->n_setting, words))
             return NMM_OK;
-        if (too_long[knob] ||
-            (too_long[NMM_TRADE_SCENE] && is_mesh_or_time(knob) && setting->factor < 1)) {
+        const bool is_ladder = is_mesh_or_time(knob) || knob == NMM_TRADE_ORDER;
+        if (is_ladder &&
+            (setting->factor <= too_long[knob] || setting->factor < too_long[NMM_TRADE_SCENE])) {
             TRY(put_left_out(bench, setting));
             continue;
         }
@@ -233,7 +235,7 @@ static nmm_status run_all(nmm_bench *bench) {
         }
         if (bench->stopped) return NMM_OK;
         TRY(put_row(bench, setting, &out));
-        if (is_mesh_or_time(knob) || k == 0) too_long[knob] = out.too_long;
+        if (out.too_long) too_long[knob] = nmm_max(too_long[knob], setting->factor);
     }
     return NMM_OK;
 }

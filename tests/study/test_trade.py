@@ -14,6 +14,7 @@ import os
 import re
 import resource
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -175,6 +176,19 @@ class Trade(unittest.TestCase):
         self.assertGreater(len(list(root.iter())), 50)
         with open(self.at("a", "b", "column.png"), "rb") as file:
             self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+
+    def test_scenes_go_by_their_folder(self):
+        os.mkdir(self.at("arch.v2"))
+        with open(COLUMN, encoding="utf-8") as file:
+            text = file.read()
+        for name, written in (("arch.v2/scene.yaml", "arch.v2"), ("scene.yaml", "scene"),
+                              ("./scene.yaml", "scene")):
+            with open(self.at(name), "w", encoding="utf-8") as file:
+                file.write(text)
+            self.trade(name, "--quick", "--quiet", "--knobs", "precision", "-o", "out")
+            self.assertEqual(sorted(os.listdir(self.at("out"))),
+                             [f"{written}.{ending}" for ending in ("csv", "png", "svg")])
+            shutil.rmtree(self.at("out"))
 
     def test_values_of_the_command_line_are_quoted(self):
         done = self.trade(COLUMN, "--quick", "--quiet", "--knobs", "size", "--want", "5%", "--set",
