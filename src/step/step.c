@@ -132,7 +132,9 @@ static nmm_status find_contacts(nmm_sim *sim, double h) {
         while (reach < wish)
             reach *= 1.25;
         TRY(nmm_contact_find(&sim->context, sim->search, &sim->model, &sim->state, reach));
+        // What contacts store at the start, those of initial stress among them.
         if (sim->state.step == 0) {
+            nmm_contact_evaluate(sim->search, &sim->model, &sim->state, sim->context.n_thread);
             sim->contact_energy.elastic = nmm_contact_stored(sim->search, &sim->state);
         }
     }

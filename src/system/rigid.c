@@ -12,7 +12,7 @@
 #define STIFFER 5.0
 
 // Inertia over that stiffness, up to which a step is slow.
-#define SLOW 0.05
+#define SLOW 0.01
 
 // Stiffness of the local function i of element e, whose linear functions have the gradients g; of a
 // curved one the order of magnitude.
@@ -40,18 +40,24 @@ nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nm
     return NMM_OK;
 }
 
-// How far a place of loop edge v gives under a unit force, cover by cover, if only elasticity (0)
-// or only inertia (1) resists; held covers do not [m/N].
+// How far a place gives under a unit force, cover by cover, if only elasticity or only inertia
+// resists [m/N]; held covers do not. And the stiffness of its covers [N/m]: what hardly moves,
+// because a held cover has most of the weight, needs no stiffer spring than that.
+typedef struct give {
+    double elastic, inertial, stiffness;
+} give;
+
 static void add_give(const nmm_system *system, const nmm_model *model, int v, double along,
-                     double give[2]) {
+                     give *all) {
     const int n = model->n_local;
     const double *weight = model->edge_weight + 2L * n * v;
     for (int i = 0; i < n; i++) {
         const int c = model->element_cover[n * (long)model->edge_element[v] + i];
         if (system->fixed != NULL && system->fixed[c] == 3) continue;
         const double w = (1 - along) * weight[i] + along * weight[n + i];
-        give[0] += w * w / system->cover_give[2 * (long)c];
-        give[1] += w * w / system->cover_give[2 * (long)c + 1];
+        all->elastic += w * w / system->cover_give[2 * (long)c];
+        all->inertial += w * w / system->cover_give[2 * (long)c + 1];
+        all->stiffness += system->cover_give[2 * (long)c];
     }
 }
 
@@ -71,15 +77,15 @@ void nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_st
     const double inertia = 2 / (h * h) + 2 * system->damping / h;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *contact = &state->contact[k];
-        double give[2] = {0, 0};
-        add_give(system, model, contact->vertex, 0, give);
-        add_give(system, model, contact->edge, nmm_max(0, nmm_min(1, contact->anchor)), give);
+        give all = {0, 0, 0};
+        add_give(system, model, contact->vertex, 0, &all);
+        add_give(system, model, contact->edge, nmm_max(0, nmm_min(1, contact->anchor)), &all);
         // Between what is held there is nothing to hold.
-        if (!(give[0] > 0)) continue;
-        const double least = STIFFER / give[0];
+        if (!(all.elastic > 0)) continue;
+        const double least = STIFFER * nmm_min(1 / all.elastic, all.stiffness);
         contact->normal_stiffness = nmm_max(contact->normal_stiffness, least);
         contact->shear_stiffness = nmm_max(contact->shear_stiffness, least / 2.5);
-        contact->hasty = inertia * give[0] > SLOW * give[1];
+        contact->hasty = inertia * all.elastic > SLOW * all.inertial;
         if (contact->hasty) limit_carried(contact);
         contact->force_before = contact->normal_force;
     }

@@ -37,6 +37,7 @@ class Result(dict):
         self.messages = messages
         self.largest_energy = 0.0  # of any term of the ledger, at any step
         self.most_gained = 0.0  # energy that came from nowhere, at any step
+        self.most_in_contact = 0.0  # energy of contact springs, at any step
 
     @property
     def completed(self):
@@ -64,6 +65,7 @@ class Result(dict):
             raise Fault("a number in the ledger is not finite")
         terms = data[:, [names.index(name) for name in TERMS]]
         self.largest_energy = float(numpy.abs(terms).max(initial=self.largest_energy))
+        self.most_in_contact = float(numpy.abs(data[:, names.index("contact")]).max(initial=0))
         self.most_gained = float(-data[:, names.index("numerical")].min(initial=0))
 
     def check(self, ledger, floor):

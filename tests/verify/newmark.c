@@ -84,14 +84,16 @@ static double angular_momentum(const nmm_sim *sim) {
 }
 
 // A hundred turns of a hundred steps: nothing is lost, and the shape stays. An initial stress of
-// density spin^2 / 12 holds the body together; what is left of breathing goes on for ever with
-// beta = 1/4, and is smaller with more.
-static void spin(const char *beta, double range) {
+// density spin^2 / 12 holds the body together: one that begins to turn unstretched would breathe by
+// its centrifugal growth, density (spin side)^2 / (12 (lambda + mu)). What is left of breathing is
+// about 1/40 of that, goes on for ever with beta = 1/4, and is smaller with more, or in a stiffer
+// body: below 1e-10 where the growth is below 4e-9.
+static void spin(const char *beta, const char *modulus, int turns, double range) {
     run r = RUN("rotation.yaml", NEWMARK, "covers.mesh=block", "covers.size=auto",
-                "materials.stiff.youngs_modulus=1e7", "analysis.tolerance=1e-13",
+                set_text("materials.stiff.youngs_modulus=%s", modulus), "analysis.tolerance=1e-13",
                 "solver.tolerance=1e-12",
                 "initial_stress={kind: uniform, xx: 83.3333333333333, yy: 83.3333333333333, xy: 0}",
-                set_text("time.end=%.17g", 200 * M_PI), beta);
+                set_text("time.end=%.17g", 2 * turns * M_PI), beta);
     const double before = angular_momentum(r.sim);
     row_close("newmark: free rotation, angular momentum at the start", 1000 / 6.0, before, 1e-12);
     double least = INFINITY, most = -INFINITY;
@@ -106,21 +108,24 @@ static void spin(const char *beta, double range) {
         least = fmin(least, area);
         most = fmax(most, area);
     }
-    const char *name = set_text("newmark: %s, 100 turns", beta);
+    const char *name = set_text("newmark: %s, E %s Pa, %d turns", beta, modulus, turns);
+    row_below(set_text("%s, range of the area", name), most - least, range);
+    // Rounding of stiff forces, step after step, is a torque.
+    const double lost = turns < 100 ? 1e-5 : 1e-8;
     row_below(set_text("%s, loss of angular momentum", name), angular_momentum(r.sim) / before - 1,
-              1e-8);
+              lost);
     row_note(set_text("%s, change of kinetic energy", name),
              r.report.energy.kinetic / (1000 / 12.0));
-    row_below(set_text("%s, range of the area", name), most - least, range);
     row_below(set_text("%s, ledger residual over kinetic energy", name),
-              r.report.energy.residual / (1000 / 12.0), 1e-8);
+              r.report.energy.residual / (1000 / 12.0), lost);
     run_close(&r);
 }
 
 static void test_rotation(void **state) {
     (void)state;
-    spin("analysis.beta=0.25", 1e-6);
-    spin("analysis.beta=0.3", 1e-7);
+    spin("analysis.beta=0.25", "1e7", 100, 1e-6);
+    spin("analysis.beta=0.3", "1e7", 100, 1e-7);
+    if (run_all()) spin("analysis.beta=0.25", "1e11", 20, 1e-10);
     rows_end();
 }
 
@@ -144,12 +149,12 @@ static void test_contact(void **state) {
     rows_end();
 }
 
-int main(void) {
+int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_oscillator),
         cmocka_unit_test(test_rates),
         cmocka_unit_test(test_rotation),
         cmocka_unit_test(test_contact),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return verify_main(argc, argv, tests, sizeof tests / sizeof *tests);
 }
