@@ -313,11 +313,11 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
     const bool free = options->method == NMM_SOLVE_AUTO && options->max_iterations == 0 &&
                       options->blocks == NMM_BLOCKS_AUTO &&
                       options->precision == NMM_PRECISION_DOUBLE;
-    bool done = false;
+    report->coupled = false;
     if (options->coupling != NULL && free && !solver->staged) {
-        TRY(nmm_gauss_solve(context, solver, K, f, u, keep_pattern, options, report, &done));
+        TRY(nmm_gauss_solve(context, solver, K, f, u, keep_pattern, options, report));
     }
-    if (done) return NMM_OK;
+    if (report->coupled) return NMM_OK;
     nmm_solve_run *run = nmm_solver_chooses(options) ? nmm_choose_blocks : solver->run;
     return run(context, solver, K, f, u, keep_pattern, options, report);
 }

@@ -113,6 +113,12 @@ static bool invert_six(double a[6][6]) {
     return true;
 }
 
+static bool same_numbers(const double *a, const double *b, int n) {
+    for (int i = 0; i < n; i++)
+        if (a[i] != b[i]) return false;
+    return true;
+}
+
 static bool invert_threes(const nmm_gauss *g, const nmm_bsr *K) {
     for (int lump = 0; lump < K->n_row / 3; lump++) {
         double a[6][6], *kept = g->block + 36 * (long)lump;
@@ -122,7 +128,7 @@ static bool invert_threes(const nmm_gauss *g, const nmm_bsr *K) {
                 a[2 * i + j / 2 % 2][2 * (j / 4) + j % 2] = block[j];
         }
         // Most bodies have the block that they had in the pass before.
-        if (memcmp(a, kept, sizeof a) == 0) continue;
+        if (same_numbers(a[0], kept, 36)) continue;
         memcpy(kept, a, sizeof a);
         if (!invert_six(a)) {
             memset(kept, 0, sizeof a);
@@ -352,8 +358,8 @@ static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const n
 
 nmm_status nmm_gauss_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                            const double *f, double *u, bool keep_pattern,
-                           const nmm_solve_options *options, nmm_solve_report *report, bool *done) {
-    *done = false;
+                           const nmm_solve_options *options, nmm_solve_report *report) {
+    report->coupled = false;
     TRY(reserve(context, &solver->gauss, solver->max_row));
     nmm_gauss *g = solver->gauss;
     if (g->pause > 0) {
@@ -372,6 +378,5 @@ nmm_status nmm_gauss_solve(nmm_context *context, nmm_solver *solver, const nmm_b
     bool ready = false;
     TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
     if (ready) TRY(run(context, solver, g, K, u, report));
-    *done = report->coupled;
     return NMM_OK;
 }

@@ -36,10 +36,10 @@ typedef struct nmm_gauss {
 
 void nmm_gauss_destroy(nmm_context *context, struct nmm_gauss **gauss);
 
-/// Solves with options->coupling where that promises to pay. *done: it did, `report` is complete;
-/// else u is as it was, and the system without its coupling is to be solved.
+/// Solves with options->coupling where that promises to pay. report->coupled: it did, the report is
+/// complete; else u is as it was, and the system without its coupling is to be solved.
 nmm_status nmm_gauss_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                            const double *f, double *u, bool keep_pattern,
-                           const nmm_solve_options *options, nmm_solve_report *report, bool *done);
+                           const nmm_solve_options *options, nmm_solve_report *report);
 
 #endif
