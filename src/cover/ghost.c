@@ -4,15 +4,18 @@
 // are almost dependent, and so are the rows of the matrix. A cell, the elements of one triangle
 // that have all their covers in common, is tied to its neighbour across an edge of the triangle by
 // the difference of their two polynomials over both whole triangles, eq. (2.18). Ties lead from
-// slivers to cells that are none, in at most MOST_TIES steps: what is thin by itself is left alone.
+// slivers to cells that are none, in at most MOST_TIES steps: what is thin by itself is left alone,
+// until it is a crumb of its triangle. A crumb without a neighbour to lean on is tied to its linear
+// part.
 
 #include "cut.h"
 
 #include <math.h>
 #include <string.h>
 
-// Cells with less of their triangle than this are tied.
+// Cells with less of their triangle than this are tied; to themselves below CRUMB.
 #define SLIVER 0.3
+#define CRUMB 1e-3
 
 enum { MOST_TIES = 2 };
 
@@ -102,11 +105,19 @@ static nmm_status add_tie(nmm_context *context, nmm_model *model, int *capacity,
     return NMM_OK;
 }
 
+// A cell that reaches no other, and is too small to stand by itself: a pair with itself.
+static nmm_status tie_crumb(nmm_context *context, nmm_model *model, int e, int *capacity) {
+    double part = 0;
+    if (!measure_cell(model, e, &part) || part >= CRUMB) return NMM_OK;
+    return add_tie(context, model, capacity, e, e);
+}
+
 // From each sliver to its neighbours that are one tie nearer.
 static nmm_status list_ties(nmm_context *context, const tie_search *s, nmm_model *model) {
     const int m = model->n_local;
     int capacity = 0;
     for (int e = 0; e < model->n_element; e++) {
+        if (s->distance[e] > MOST_TIES) TRY(tie_crumb(context, model, e, &capacity));
         if (s->distance[e] == 0 || s->distance[e] > MOST_TIES) continue;
         for (int a = 0; a < 3; a++) {
             const int cover = model->element_cover[m * (long)e + 3 + a];

@@ -240,8 +240,11 @@ static void add_jump(const nmm_model *model, int t, int on, const rule *r) {
         double jump[2 * NMM_MOST_LOCAL] = {0};
         nmm_element_weights(model, pair[0], place, jump);
         nmm_element_weights(model, pair[1], place, jump + m);
+        // A cell and itself: what is not linear.
         for (int i = 0; i < m; i++)
-            jump[m + i] = -jump[m + i];
+            jump[m + i] = pair[0] == pair[1] ? 0 : -jump[m + i];
+        for (int i = 0; i < 3 && pair[0] == pair[1]; i++)
+            jump[i] = 0;
         for (int i = 0, at = 0; i < n; i++) {
             for (int j = i; j < n; j++)
                 gram[at++] += r->weight[k] * area * jump[i] * jump[j];
@@ -256,6 +259,7 @@ nmm_status nmm_cut_fill_ties(nmm_context *context, nmm_model *model) {
     const rule r = product_rule(model->order);
     for (int t = 0; t < model->n_tie; t++) {
         add_jump(model, t, model->tie_element[2 * (long)t], &r);
+        if (model->tie_element[2 * (long)t + 1] == model->tie_element[2 * (long)t]) continue;
         add_jump(model, t, model->tie_element[2 * (long)t + 1], &r);
     }
     return NMM_OK;

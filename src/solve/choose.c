@@ -309,10 +309,12 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
                             const double *f, double *u, bool keep_pattern,
                             const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_check(context, solver, K, options));
-    // Limits and precision that were asked for are those of the symmetric methods.
-    const bool free = options->max_iterations == 0 && options->precision == NMM_PRECISION_DOUBLE;
+    // A method, limits and precision that were asked for are those of the symmetric systems.
+    const bool free = options->method == NMM_SOLVE_AUTO && options->max_iterations == 0 &&
+                      options->blocks == NMM_BLOCKS_AUTO &&
+                      options->precision == NMM_PRECISION_DOUBLE;
     bool done = false;
-    if (options->coupling != NULL && free && nmm_solver_chooses(options) && !solver->staged) {
+    if (options->coupling != NULL && free && !solver->staged) {
         TRY(nmm_gauss_solve(context, solver, K, f, u, keep_pattern, options, report, &done));
     }
     if (done) return NMM_OK;

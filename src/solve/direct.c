@@ -128,13 +128,13 @@ static int weakest_pivot(const nmm_factor *f, const nmm_bsr *K, double *ratio) {
     return weakest;
 }
 
-// The numbers of L for the solver's matrix.
+// The numbers of L for the solver's matrix, and z for the residual at hand.
 static nmm_status factorise(nmm_context *context, nmm_direct *d, const nmm_solver *s,
                             const nmm_bsr *K, nmm_solve_report *report) {
     TRY(analyse(context, d, s, K));
     d->usable = d->fresh = false;
     TRY(nmm_factor_reserve(context, &d->factor, s->n_thread));
-    const int row = nmm_factor_fastest()->make(&d->factor, K->value);
+    const int row = nmm_factor_fastest()->solve(&d->factor, K->value, s->wide.r, s->wide.z);
     report->setups++;
     d->n_solve = 0;
     d->spent = d->factor_cost;
@@ -247,11 +247,9 @@ static void try_old_factor(nmm_direct *d, nmm_solver *s, const double *u, double
     if (!(*norm <= s->guess_norm)) *norm = nmm_solver_first_norm(s, u, true_norm);
 }
 
-// u += (factor)^-1 r; the first guess again where that is no gain. Needs one product with K less
-// than an iteration does.
-static void correct(const nmm_direct *d, nmm_solver *s, const double *u, double *norm,
-                    nmm_solve_report *report) {
-    nmm_factor_fastest()->apply(&d->factor, s->wide.r, s->wide.z);
+// u += z = (factor)^-1 r, made with the factor; the first guess again where that is no gain. Needs
+// one product with K less than an iteration does.
+static void correct(nmm_solver *s, const double *u, double *norm, nmm_solve_report *report) {
     for (int i = 0; i < 2 * s->n_row; i++)
         s->wide.u[i] += s->wide.z[i];
     report->iterations++;
@@ -263,7 +261,7 @@ static void correct(const nmm_direct *d, nmm_solver *s, const double *u, double 
 // long as each round at least halves the true residual.
 static void refine(const nmm_direct *d, nmm_solver *s, const nmm_bsr *K, const double *u,
                    double *norm, nmm_solve_report *report) {
-    if (report->iterations < s->options.max_iterations) correct(d, s, u, norm, report);
+    if (report->iterations < s->options.max_iterations) correct(s, u, norm, report);
     double before = 4 * *norm;
     while (!(*norm <= s->limit) && *norm < 0.5 * before) {
         const int left = s->options.max_iterations - report->iterations;

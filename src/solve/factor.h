@@ -111,6 +111,8 @@ typedef struct nmm_factor_kernels {
     int (*make)(nmm_factor *factor, const double *value);
     /// z = K^-1 r by the factor; both [n_row][2].
     void (*apply)(const nmm_factor *factor, const double *r, double *z);
+    /// Both, with half of the solution on the way, while the factor is in a cache.
+    int (*solve)(nmm_factor *factor, const double *value, const double *r, double *z);
 } nmm_factor_kernels;
 
 extern const nmm_factor_kernels nmm_factor_plain, nmm_factor_avx2, nmm_factor_avx512;

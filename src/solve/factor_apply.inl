@@ -187,16 +187,18 @@ static void move_rows(const nmm_factor *f, const double *from, double *to, bool 
     nmm_hand_join(h, n_turn);
 }
 
-// A thread's part of all that.
+// A thread's part of it. r NULL: x is L^-1 P r already.
 static void apply_share(const nmm_factor *f, const double *r, double *z, nmm_hand *h, int thread) {
     const own_stacks own = stacks_of(f, thread);
-    move_rows(f, r, f->x, true, h);
-    for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
-        for (int i = f->part[k].first; i < f->part[k].end; i++)
-            go_forward(f, &f->front[i], &own);
-    nmm_hand_join(h, f->n_part);
-    for (int k = 0; k < f->n_top; k++)
-        pass_top(f, &f->front[f->top[k]], false, h);
+    if (r != NULL) {
+        move_rows(f, r, f->x, true, h);
+        for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
+            for (int i = f->part[k].first; i < f->part[k].end; i++)
+                go_forward(f, &f->front[i], &own);
+        nmm_hand_join(h, f->n_part);
+        for (int k = 0; k < f->n_top; k++)
+            pass_top(f, &f->front[f->top[k]], false, h);
+    }
     for (int k = f->n_top - 1; k >= 0; k--)
         pass_top(f, &f->front[f->top[k]], true, h);
     for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))

@@ -29,8 +29,31 @@ typedef double wide_slot __attribute__((vector_size(64), aligned(8), may_alias))
 // The loops over columns and rows of a tile vanish, so that it stays in registers.
 #define UNROLL _Pragma("GCC unroll 4")
 
-#include "factor_make.inl"
+static void add_pair(double *to, const double *from) {
+    PAIR(to) += PAIR_OF(from);
+}
+
+// A thread's stacks: what is not kept for others.
+typedef struct own_stacks {
+    double *at[2];
+} own_stacks;
+
+static own_stacks stacks_of(const nmm_factor *f, int thread) {
+    own_stacks own;
+    for (int k = 0; k < 2; k++)
+        own.at[k] = f->stack[k].number + f->stack[k].n_kept + thread * f->stack[k].n_own;
+    return own;
+}
+
+// What is left of a front: of the matrix, 0, or of a vector, 1.
+static double *rest_of(const nmm_factor *f, const nmm_front *front, const own_stacks *own,
+                       int kind) {
+    return (front->kept ? f->stack[kind].number : own->at[kind]) + front->rest[kind];
+}
 
 #include "factor_apply.inl"
 
-const nmm_factor_kernels KERNELS = {.make = make_factor, .apply = apply_factor};
+#include "factor_make.inl"
+
+const nmm_factor_kernels KERNELS = {
+    .make = make_factor, .apply = apply_factor, .solve = make_and_apply};

@@ -199,10 +199,10 @@ static void report_pivot(nmm_team *team, int pivot) {
     }
 }
 
-// Is there one before or in this front? The same for all threads, after they joined.
-static bool is_broken(const nmm_team *team, const nmm_front *front) {
-    const int least = atomic_load_explicit(&team->least, memory_order_relaxed);
-    return least < front->first + front->n_pivot;
+// Is there one before this one? The same for all threads if none of them can find one there before
+// they join again.
+static bool is_broken(const nmm_team *team, int pivot) {
+    return atomic_load_explicit(&team->least, memory_order_relaxed) < pivot;
 }
 
 // Columns of L of a front, from left to right; false where a pivot is not positive.
@@ -222,7 +222,7 @@ static bool factorise_pivots(nmm_team *team, const nmm_front *front, double *pan
                 divide_strip(&s, s.end + k * BLOCK, nmm_min_int(s.end + (k + 1) * BLOCK, n_all));
             nmm_hand_join(h, n_block);
         }
-        if (h->n > 1 ? is_broken(team, front) : broken >= 0) return false;
+        if (h->n > 1 ? is_broken(team, front->first + front->n_pivot) : broken >= 0) return false;
         if (s.end == n) return true;
         const strip next = {panel, s.stride, s.end, nmm_min_int(s.end + width, n)};
         broken = take_off_strip(&s, &next, n, n_all, h);
@@ -250,24 +250,6 @@ static void reduce_rest(const nmm_front *front, const double *panel, double *res
 
 // --- Assembly
 
-// A thread's stacks: what is not kept for others.
-typedef struct own_stacks {
-    double *at[2];
-} own_stacks;
-
-static own_stacks stacks_of(const nmm_factor *f, int thread) {
-    own_stacks own;
-    for (int k = 0; k < 2; k++)
-        own.at[k] = f->stack[k].number + f->stack[k].n_kept + thread * f->stack[k].n_own;
-    return own;
-}
-
-// What is left of a front: of the matrix, 0, or of a vector, 1.
-static double *rest_of(const nmm_factor *f, const nmm_front *front, const own_stacks *own,
-                       int kind) {
-    return (front->kept ? f->stack[kind].number : own->at[kind]) + front->rest[kind];
-}
-
 // First of the rows of a child at this place of its parent or behind it.
 static int first_at(const int *place, int n, int wanted) {
     int low = 0;
@@ -277,10 +259,6 @@ static int first_at(const int *place, int n, int wanted) {
         if (place[middle] >= wanted) n = middle;
     }
     return low;
-}
-
-static void add_pair(double *to, const double *from) {
-    PAIR(to) += PAIR_OF(from);
 }
 
 // n is even.
@@ -389,12 +367,14 @@ static bool make_front(const nmm_factor *f, const nmm_front *front, const double
     return true;
 }
 
-// Fronts for one thread.
+// Fronts for one thread, and L^-1 x as soon as columns of L are there, while they are in a cache.
 static void make_part(const nmm_factor *f, const nmm_factor_part *part, const double *value,
-                      const own_stacks *own) {
+                      bool forward, const own_stacks *own) {
     nmm_hand alone = {.n = 1};
-    for (int i = part->first; i < part->end; i++)
+    for (int i = part->first; i < part->end; i++) {
         if (!make_front(f, &f->front[i], value, own, &alone)) return;
+        if (forward) go_forward(f, &f->front[i], own);
+    }
 }
 
 // A front above the parts: by all threads, or by the first that comes. Rests are kept.
@@ -410,31 +390,47 @@ static void make_top(const nmm_factor *f, const nmm_front *front, const double *
     nmm_hand_join(h, 1);
 }
 
-// A thread's part of all that.
-static void make_share(const nmm_factor *f, const double *value, nmm_hand *h, int thread) {
+// A thread's part of it: fronts of parts, then its share of those above.
+static void make_share(const nmm_factor *f, const double *value, const double *r, nmm_hand *h,
+                       int thread) {
     const own_stacks own = stacks_of(f, thread);
+    if (r != NULL) move_rows(f, r, f->x, true, h);
     for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
-        make_part(f, &f->part[k], value, &own);
+        make_part(f, &f->part[k], value, r != NULL, &own);
     nmm_hand_join(h, f->n_part);
-    for (int k = 0; k < f->n_top && !is_broken(f->team, &f->front[f->top[k]]); k++)
+    // A thread may be at work on a front before the last one gets there.
+    for (int k = 0; k < f->n_top && !is_broken(f->team, f->front[f->top[k]].first); k++) {
         make_top(f, &f->front[f->top[k]], value, h);
+        if (r != NULL) pass_top(f, &f->front[f->top[k]], false, h);
+    }
 }
 
-static int make_factor(nmm_factor *f, const double *value) {
+// The numbers of the factor; of L^-1 P r as well unless r is NULL.
+static int make_forward(nmm_factor *f, const double *value, const double *r) {
     nmm_team *team = f->team;
     const int n_thread = f->n_thread;
     atomic_store(&team->ticket, 0);
     atomic_store(&team->least, INT_MAX);
     if (n_thread == 1) {
         nmm_hand alone = {.team = team, .n = 1};
-        make_share(f, value, &alone, 0);
+        make_share(f, value, r, &alone, 0);
     } else {
 #pragma omp parallel num_threads(n_thread)
         {
             nmm_hand h = {.team = team, .n = omp_get_num_threads()};
-            make_share(f, value, &h, omp_get_thread_num());
+            make_share(f, value, r, &h, omp_get_thread_num());
         }
     }
     const int least = atomic_load(&team->least);
     return least == INT_MAX ? -1 : f->order[least];
+}
+
+static int make_factor(nmm_factor *f, const double *value) {
+    return make_forward(f, value, NULL);
+}
+
+static int make_and_apply(nmm_factor *f, const double *value, const double *r, double *z) {
+    const int broken = make_forward(f, value, r);
+    if (broken < 0) apply_factor(f, NULL, z);
+    return broken;
 }

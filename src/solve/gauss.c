@@ -72,7 +72,15 @@ static nmm_status reserve(nmm_context *context, nmm_gauss **gauss, int n_row) {
 
 // --- Lumps
 
-// Are the rows those of bodies with three rows each, with all blocks between these?
+static bool same_columns(const nmm_bsr *K, int a, int b) {
+    const int n = K->row_start[a + 1] - K->row_start[a];
+    const int *col = K->col;
+    if (n != K->row_start[b + 1] - K->row_start[b]) return false;
+    return memcmp(col + K->row_start[a], col + K->row_start[b], (size_t)n * sizeof *col) == 0;
+}
+
+// Are the rows those of bodies with three rows each, with all blocks between these, and with the
+// same columns?
 static bool has_threes(const nmm_bsr *K, const int *body) {
     if (body == NULL || K->n_row % 3 != 0) return false;
     for (int row = 0; row < K->n_row; row++) {
@@ -80,6 +88,7 @@ static bool has_threes(const nmm_bsr *K, const int *body) {
         if (body[row] < 0 || body[row] != body[row - i]) return false;
         if (first < K->row_start[row] || first + 3 > K->row_start[row + 1]) return false;
         if (K->col[first] != row - i || K->col[first + 2] != row - i + 2) return false;
+        if (!same_columns(K, row, row - i)) return false;
     }
     return true;
 }

@@ -33,6 +33,54 @@ static inline void sum_up(const nmm_solver *s, const double *x, int begin, int e
     y[1] = sum[2] + sum[3];
 }
 
+// The same for three rows that have the same columns: `count` blocks of each, from its block `from`
+// on, up or down.
+static inline void sum_three(const nmm_solver *s, const double *x, int row, int from, int count,
+                             int step, double y[6]) {
+    const int start = s->row_start[row], length = s->row_start[row + 1] - start;
+    const double *value = s->wide.value + 4 * (long)start;
+    const int *col = s->col + start;
+    wide_lanes a = {0, 0, 0, 0}, b = {0, 0, 0, 0}, c = {0, 0, 0, 0};
+    for (int i = 0, k = from; i < count; i++, k += step) {
+        const double *block = value + 4 * (long)k;
+        wide_lanes u, v, w;
+        pair_wide pair;
+        memcpy(&u, block, sizeof u);
+        memcpy(&v, block + 4 * (long)length, sizeof v);
+        memcpy(&w, block + 8 * (long)length, sizeof w);
+        memcpy(&pair, x + 2 * (long)col[k], sizeof pair);
+        const wide_lanes both = __builtin_shufflevector(pair, pair, 0, 1, 0, 1);
+        a += u * both;
+        b += v * both;
+        c += w * both;
+    }
+    y[0] = a[0] + a[1];
+    y[1] = a[2] + a[3];
+    y[2] = b[0] + b[1];
+    y[3] = b[2] + b[3];
+    y[4] = c[0] + c[1];
+    y[5] = c[2] + c[3];
+}
+
+// Sums of the blocks behind the diagonal block of a lump, and of those before it.
+static inline void sum_behind(const nmm_solver *s, const nmm_gauss *g, int lump, const double *x,
+                              double sum[6]) {
+    const int row = g->lump * lump, first = g->diagonal[row], end = s->row_start[row + 1];
+    if (g->lump == 3)
+        sum_three(s, x, row, end - 1 - s->row_start[row], end - first - 3, -1, sum);
+    else
+        sum_down(s, x, first + 1, end, sum);
+}
+
+static inline void sum_before(const nmm_solver *s, const nmm_gauss *g, int lump, const double *x,
+                              double sum[6]) {
+    const int row = g->lump * lump, first = g->diagonal[row], begin = s->row_start[row];
+    if (g->lump == 3)
+        sum_three(s, x, row, 0, first - begin, 1, sum);
+    else
+        sum_up(s, x, begin, first, sum);
+}
+
 // y = x - D^-1 sum for a lump of three rows; inverse[6][8] by columns.
 static inline void take_lump_three(const double *inverse, const double *sum, const double *x,
                                    double *y) {
@@ -75,10 +123,7 @@ static void gauss_backward(const nmm_solver *s, const nmm_gauss *g, const double
     const int m = g->lump;
     for (int lump = s->n / m - 1; lump >= 0; lump--) {
         double sum[6];
-        for (int i = 0; i < m; i++) {
-            const int row = m * lump + i;
-            sum_down(s, t, g->diagonal[row] + m - i, s->row_start[row + 1], sum + 2 * i);
-        }
+        sum_behind(s, g, lump, t, sum);
         const long at = 2 * (long)m * lump;
         take_lump(g, lump, sum, v + at, t + at);
     }
@@ -91,10 +136,7 @@ static void gauss_forward(const nmm_solver *s, const nmm_gauss *g, const double 
     const int m = g->lump;
     for (int lump = 0; lump < s->n / m; lump++) {
         double sum[6];
-        for (int i = 0; i < m; i++) {
-            const int row = m * lump + i;
-            sum_up(s, ahead, s->row_start[row], g->diagonal[row] - i, sum + 2 * i);
-        }
+        sum_before(s, g, lump, ahead, sum);
         const long at = 2 * (long)m * lump;
         for (int i = 0; i < 2 * m; i++)
             sum[i] -= extra[at + i];

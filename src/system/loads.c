@@ -10,8 +10,10 @@
 #include <math.h>
 #include <string.h>
 
-// Support springs: so many times Young's modulus.
-#define SUPPORT_PENALTY 50
+// Support springs: so many times Young's modulus over the cover size, by order. Stiffer ones would
+// lock covers of order 0; higher orders give way in more places, and need it for what they can
+// tell.
+static const double support_penalty[] = {50, 1000, 20000};
 
 // Points of a supported line share their carried traction over this many cover sizes. To raise it
 // point by point would lock the covers that the line cuts: there are as many points as unknowns.
@@ -67,7 +69,8 @@ static nmm_status add_support(placing *p, const nmm_scene_support *from, int ele
     support->fix_x = from->fix_x;
     support->fix_y = from->fix_y;
     support->history = from->history;
-    support->stiffness = SUPPORT_PENALTY * modulus_of(model, element) * length / model->size;
+    support->stiffness =
+        support_penalty[model->order] * modulus_of(model, element) * length / model->size;
     model->n_support += 1;
     return NMM_OK;
 }
@@ -230,7 +233,7 @@ static nmm_status support_segment(placing *p, const nmm_scene *scene,
         const share own = share_along(p, v, from);
         TRY(add_on_segment(p, from, own.element, place, own.length));
         model->support[model->n_support - 1].stiffness =
-            SUPPORT_PENALTY * own.modulus * own.length / model->size;
+            support_penalty[model->order] * own.modulus * own.length / model->size;
     }
     if (model->n_support > before) {
         if (model->order > 0) TRY(support_middles(p, from));

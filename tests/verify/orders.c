@@ -6,6 +6,7 @@
 
 #include "run.h"
 
+#include "motion.h"
 #include "smooth.h"
 
 #define TURN 0.7 // of the pure bending against the axes [rad]
@@ -90,6 +91,70 @@ static void test_rates(void **state) {
         }
         row_near(set_text("order %d: rate in the size", order), order + 2, rate_of(n, size, error),
                  0.25);
+    }
+    rows_end();
+}
+
+// --- Timoshenko's cantilever, as a scene with supports and loads
+
+#define FORCE 1000.0
+#define LENGTH 48.0
+#define DEPTH 12.0
+#define INERTIA (DEPTH * DEPTH * DEPTH / 12)
+
+static nmm_vec2 cantilever(nmm_vec2 X) {
+    const double f = FORCE / (6 * 3e7 * INERTIA), nu = 0.3, x = X.x, y = X.y, D2 = DEPTH * DEPTH;
+    return (nmm_vec2){f * y * ((6 * LENGTH - 3 * x) * x + (2 + nu) * (y * y - D2 / 4)),
+                      -f * (3 * nu * y * y * (LENGTH - x) + (4 + 5 * nu) * D2 * x / 4 +
+                            (3 * LENGTH - x) * x * x)};
+}
+
+// The parabola of shear on the end, at three Gauss points of each loop edge.
+static void put_end_loads(nmm_sim *sim) {
+    nmm_model *model = &sim->model;
+    nmm_load *load = NULL;
+    int n = 0;
+    assert_int_equal(nmm_allocate(&sim->context, &load, 3 * (size_t)model->n_vertex, sizeof *load),
+                     NMM_OK);
+    for (int v = 0; v < model->n_vertex; v++) {
+        const double *a = model->point + 2 * (long)model->vertex_point[v];
+        const double *b = model->point + 2 * (long)model->vertex_point[model->vertex_next[v]];
+        const double end = LENGTH - model->origin.x, length = b[1] - a[1];
+        if (fabs(a[0] - end) + fabs(b[0] - end) > 1e-9) continue;
+        for (int k = -1; k <= 1; k++, n++) {
+            const double y = 0.5 * (a[1] + b[1] + k * sqrt(0.6) * length), Y = y + model->origin.y;
+            const double shear = FORCE / (2 * INERTIA) * (0.25 * DEPTH * DEPTH - Y * Y);
+            load[n] = (nmm_load){.element = model->edge_element[v], .place = {a[0], y}};
+            load[n].force.y = -(k == 0 ? 4.0 : 2.5) / 9 * length * shear;
+            load[n].history = -1;
+            nmm_element_weights(model, load[n].element, load[n].place, load[n].weight);
+        }
+    }
+    nmm_release(&sim->context, &model->load);
+    model->load = load;
+    model->n_load = n;
+}
+
+static void test_cantilever(void **state) {
+    (void)state;
+    const double size[] = {4.3, 2.3, 1.1};
+    for (int order = 1; order < 3; order++) {
+        double error[3];
+        for (int k = 0; k < 3; k++) {
+            run r = RUN("cantilever.yaml", order_of(order), set_text("covers.size=%g", size[k]));
+            motion_give(r.sim, cantilever, 0);
+            put_end_loads(r.sim);
+            run_to_end(&r);
+            error[k] = 1 + run_monitor(&r, "tip").displacement[1] / 0.0089;
+            row_note(set_text("order %d, cantilever, size %g, %d unknowns: error of the tip", order,
+                              size[k], 2 * r.sim->model.n_cover),
+                     error[k]);
+            run_close(&r);
+        }
+        // The solution is a cubic, which order 2 holds; what the displacements are large by is
+        // left.
+        row_below(set_text("order %d, cantilever: error of the tip at size %g", order, size[2]),
+                  error[2], order == 1 ? 1e-5 : 3e-6);
     }
     rows_end();
 }
@@ -277,8 +342,9 @@ static void test_contact(void **state) {
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_polynomials),    cmocka_unit_test(test_rates),
-        cmocka_unit_test(test_stiffness_rank), cmocka_unit_test(test_functions_rank),
-        cmocka_unit_test(test_motions),        cmocka_unit_test(test_contact),
+        cmocka_unit_test(test_cantilever),     cmocka_unit_test(test_stiffness_rank),
+        cmocka_unit_test(test_functions_rank), cmocka_unit_test(test_motions),
+        cmocka_unit_test(test_contact),
     };
     return verify_main(argc, argv, tests, sizeof tests / sizeof *tests);
 }
