@@ -23,6 +23,28 @@ static double stiffness_of(const nmm_elastic *elastic, double area, const double
     return area * (2 * elastic->mu + nmm_max(0, elastic->lambda)) * square;
 }
 
+// The functions of a whole block have directions of their own, its stiffness must not: all three
+// of them have the modulus over the radius of gyration squared, as they have a third of the mass.
+static void stiffen_block(nmm_system *system, const nmm_model *model, int c) {
+    double area = 0, moment = 0, modulus = 0, sum[2] = {0, 0};
+    for (int k = model->cover_start[c]; k < model->cover_start[c + 1]; k++) {
+        const int e = model->cover_element[k] / model->n_local;
+        const nmm_elastic elastic = system->elastic[model->element_material[e]];
+        const double A = model->element_area[e], *I = model->element_moment + 3 * (long)e;
+        // Seen from the cover's own place: places far from the origin have fewer digits.
+        const double x = model->element_centre[2 * (long)e] - model->cover_place[2 * (long)c];
+        const double y =
+            model->element_centre[2 * (long)e + 1] - model->cover_place[2 * (long)c + 1];
+        area += A;
+        sum[0] += A * x;
+        sum[1] += A * y;
+        moment += I[0] + I[2] + A * (x * x + y * y);
+        modulus += A * (2 * elastic.mu + nmm_max(0, elastic.lambda));
+    }
+    moment -= (sum[0] * sum[0] + sum[1] * sum[1]) / area;
+    system->cover_give[2 * (long)c] = modulus * area / moment;
+}
+
 nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model) {
     TRY(nmm_allocate(context, &system->cover_give, 2 * (size_t)model->n_cover, sizeof(double)));
     for (int k = 0; k < model->n_local * model->n_element; k++) {
@@ -32,6 +54,8 @@ nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nm
             stiffness_of(&system->elastic[model->element_material[e]], model->element_area[e], g,
                          k % model->n_local);
     }
+    for (int c = 0; c < model->n_cover && model->whole_blocks; c++)
+        stiffen_block(system, model, c);
     for (int c = 0; c < model->n_cover; c++) {
         for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++)
             if (system->base_col[k] == c)

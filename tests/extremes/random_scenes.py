@@ -350,7 +350,9 @@ class Findings(list):
 
     def attempt(self, name, scene):
         try:
-            return run(self.program, scene, timeout=TIMEOUT, floor=self.floor)
+            # Energies of a slice go by the square of its size.
+            size = float(name.split()[1]) if name.startswith("scaled") else 1.0
+            return run(self.program, scene, timeout=TIMEOUT, floor=self.floor * size * size)
         except Fault as fault:
             self.append(("failed", f"{name}: {fault}"))
             return None
