@@ -279,7 +279,7 @@ static void wrong_files_are_told(void **unused) {
         {TWO, ARRAY "2 1\n1\nx\n", NULL, NMM_ERROR_INPUT, 4, 1, "found 'x'"},
         {TWO, NULL, ARRAY "1 2\n1\n1\n", NMM_ERROR_INPUT, 0, 0, "must have 1 rows and 3 columns"},
         {TWO, NULL, ARRAY "1 3\n1\n1\n0.5\n", NMM_ERROR_INPUT, 0, 0, "body of row 1 must be"},
-        {TWO, NULL, ARRAY "1 3\n1\n1\n-1\n", NMM_ERROR_INPUT, 0, 0, "body of row 1 must be"},
+        {TWO, NULL, ARRAY "1 3\n1\n1\n-2\n", NMM_ERROR_INPUT, 0, 0, "body of row 1 must be"},
         {NULL, NULL, NULL, NMM_ERROR_FILE, 0, 0, "cannot read a.mtx"},
     };
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
