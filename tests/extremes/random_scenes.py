@@ -12,9 +12,9 @@ the ledger closes, and that no energy comes from nowhere. Then the scene is shif
 coordinates, turned by 90 degrees, mirrored, scaled by 1000 and by 1024, and its joints are listed
 backwards: all monitors must move as the scene does.
 
-Where they do not, places are multiplied by 1 + 1e-8: a scene that answers this with a difference as
-large decides something at a rounding, and is counted as sensitive, which is no finding; so does one
-whose steps are cut at other places, up to a difference of a tenth. Findings of
+Where they do not, places are multiplied by 1 + 1e-8 and 1 + 3e-8: a scene that answers one of these
+with a difference as large decides something at a rounding, and is counted as sensitive, which is no
+finding; so does one whose steps are cut at other places, up to a difference of a tenth. Findings of
 a known kind are counted as known. --keep writes the scenes with findings of either kind; --seconds
 begins no scene after that time.
 """
@@ -257,11 +257,13 @@ def scaled(scene, s):
 
 # Part of a displacement that the choice of steps leaves uncertain.
 OF_STEPS = 0.1
+# Of places, to see whether something is decided at a rounding.
+NUDGES = (1e-8, 3e-8)
 
 
-def nudged(scene):
+def nudged(scene, part):
     """Not quite the same scene."""
-    return mapped(scene, lambda p: [x * (1 + 1e-8) for x in p], same)
+    return mapped(scene, lambda p: [x * (1 + part) for x in p], same)
 
 
 def backwards(scene):
@@ -373,8 +375,9 @@ class Findings(list):
         if words is None:
             return
         if self.sensitivity is None:
-            near = self.attempt("nudged", nudged(self.scene))
-            self.sensitivity = compare(result, near, "nudged", self.no_stress)[1] if near else 0.0
+            near = [self.attempt("nudged", nudged(self.scene, part)) for part in NUDGES]
+            self.sensitivity = max(compare(result, copy, "nudged", self.no_stress)[1] if copy
+                                   else 0.0 for copy in near)
         # So does one that comes through in other steps, as far as these leave it uncertain.
         other_steps = result["steps"] != other["steps"] and error < OF_STEPS
         sensitive = self.sensitivity > 0.1 * error or other_steps
