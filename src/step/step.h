@@ -25,6 +25,10 @@
 #define NMM_SPRING_SHARE 1e-4
 #define NMM_SPRING_SHARE_LEFT 1e-2
 
+/// Rows up to which solves know of friction: larger systems took as many passes with it as without,
+/// and more time (walls and slopes from 10^4 unknowns up).
+#define NMM_COUPLED_ROWS 6500
+
 /// Residual of a linear solve over that before, where it knows of friction: passes in which
 /// contacts change mode gain no more, and when none did the pass gains nearly all that the solve
 /// does.

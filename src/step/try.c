@@ -74,9 +74,11 @@ static nmm_status open_solver(nmm_sim *sim) {
 }
 
 // Is the solve to know of friction? Where that was in vain, because contacts slide to and fro, the
-// next one does not, as surely and slowly as symmetric passes go; at the second time none does. A
-// system that is to be written is solved as it is written.
+// next one does not, as surely and slowly as symmetric passes go; at the second time none does. In
+// large systems there is always a contact that does. A system that is to be written is solved as it
+// is written.
 static bool couples(const nmm_sim *sim, const passes *p) {
+    if (sim->system.K.n_row > NMM_COUPLED_ROWS) return false;
     if (sim->state.n_contact == 0 || sim->comparable || sim->dump.write != NULL) return false;
     return p->n_vain < 2 && !p->in_vain;
 }
