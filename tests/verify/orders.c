@@ -17,15 +17,6 @@ static const char *order_of(int order) {
 
 // --- Fields
 
-static void trigonometric(double x, double y, double *u, double *H) {
-    u[0] = sin(1.7 * x + 0.4) * cos(1.3 * y);
-    H[0] = 1.7 * cos(1.7 * x + 0.4) * cos(1.3 * y);
-    H[1] = -1.3 * sin(1.7 * x + 0.4) * sin(1.3 * y);
-    u[1] = cos(1.1 * x) * sin(1.9 * y + 0.3);
-    H[2] = -1.1 * sin(1.1 * x) * sin(1.9 * y + 0.3);
-    H[3] = 1.9 * cos(1.1 * x) * cos(1.9 * y + 0.3);
-}
-
 static void uniform(double x, double y, double *u, double *H) {
     u[0] = 0.3 + 0.7 * x - 0.2 * y, H[0] = 0.7, H[1] = -0.2;
     u[1] = -0.1 - 0.4 * x + 0.5 * y, H[2] = -0.4, H[3] = 0.5;
@@ -85,7 +76,7 @@ static void test_rates(void **state) {
         double error[4];
         const int n = run_all() ? 4 : 3;
         for (int k = 0; k < n; k++) {
-            error[k] = field_error(order, size[k], trigonometric);
+            error[k] = field_error(order, size[k], smooth_wave);
             row_note(set_text("order %d, size %g: error of the displacement", order, size[k]),
                      error[k]);
         }

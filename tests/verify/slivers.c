@@ -110,16 +110,6 @@ static double condition(nmm_sim *sim, double h) {
     return largest / smallest;
 }
 
-// A smooth field, with its gradient.
-static void wave(double x, double y, double *u, double *H) {
-    u[0] = sin(1.7 * x + 0.4) * cos(1.3 * y);
-    H[0] = 1.7 * cos(1.7 * x + 0.4) * cos(1.3 * y);
-    H[1] = -1.3 * sin(1.7 * x + 0.4) * sin(1.3 * y);
-    u[1] = cos(1.1 * x) * sin(1.9 * y + 0.3);
-    H[2] = -1.1 * sin(1.1 * x) * sin(1.9 * y + 0.3);
-    H[3] = 1.9 * cos(1.1 * x) * cos(1.9 * y + 0.3);
-}
-
 typedef struct worst_gradient {
     const double *d;
     double worst;
@@ -129,7 +119,7 @@ static void compare_gradient(const smooth_point *at, void *user) {
     worst_gradient *sum = user;
     const nmm_model *model = at->model;
     double u[2], H[4], linear[3], g[2 * NMM_MOST_LOCAL];
-    wave(at->place.x, at->place.y, u, H);
+    smooth_wave(at->place.x, at->place.y, u, H);
     nmm_element_linear(model, at->element, at->place, linear);
     nmm_functions_gradient(model, at->element, linear, g);
     for (int i = 0; i < model->n_local; i++) {
@@ -143,10 +133,10 @@ static void compare_gradient(const smooth_point *at, void *user) {
 
 // Largest error of the displacement gradient anywhere, of a field whose gradient is up to 1.9.
 static double worst_error(nmm_sim *sim, double *error) {
-    double *d = smooth_solve(sim, wave, 0.01);
+    double *d = smooth_solve(sim, smooth_wave, 0.01);
     worst_gradient sum = {.d = d};
     smooth_visit_all(&sim->model, compare_gradient, &sum);
-    *error = smooth_error(sim, wave, d);
+    *error = smooth_error(sim, smooth_wave, d);
     free(d);
     return sum.worst;
 }

@@ -146,4 +146,14 @@ static inline double smooth_error(const nmm_sim *sim, smooth_field *field, const
     return sqrt(fmax(0, sum.square) / sum.whole);
 }
 
+// A field without end of its Taylor series, with its gradient.
+static inline void smooth_wave(double x, double y, double *u, double *H) {
+    u[0] = sin(1.7 * x + 0.4) * cos(1.3 * y);
+    H[0] = 1.7 * cos(1.7 * x + 0.4) * cos(1.3 * y);
+    H[1] = -1.3 * sin(1.7 * x + 0.4) * sin(1.3 * y);
+    u[1] = cos(1.1 * x) * sin(1.9 * y + 0.3);
+    H[2] = -1.1 * sin(1.1 * x) * sin(1.9 * y + 0.3);
+    H[3] = 1.9 * cos(1.1 * x) * cos(1.9 * y + 0.3);
+}
+
 #endif
