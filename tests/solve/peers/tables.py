@@ -28,6 +28,11 @@ def time_of(cell):
     return short(cell.ms) if cell else "-"
 
 
+def time_or_reason(group, method):
+    cell = group.get(method)
+    return short(cell.ms) if cell else group.why_not(method)
+
+
 def named(cell):
     return f"{short(cell.ms)} {cell.method}" if cell else "-"
 
@@ -79,7 +84,7 @@ def against_peers(tolerance):
 
 def all_peers(tolerance):
     def make(folder):
-        rows = [place(g) + [time_of(g.get("auto"))] + [time_of(g.get(p)) for p in PEERS]
+        rows = [place(g) + [time_of(g.get("auto"))] + [time_or_reason(g, p) for p in PEERS]
                 for g in groups(folder, "peers_*") if g.tolerance == tolerance]
         return table(["system", "unknowns", "C", "auto", *PEERS], rows)
     return make
