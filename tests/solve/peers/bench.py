@@ -9,6 +9,7 @@ systems   linear systems from the shipped scenes and from jointed rock of severa
 peers     our methods and other libraries' on each system
 long      the same for systems of 200 000 and 10^6 unknowns; only with --long
 family    the plain methods without acceleration, on small systems
+threads   a solve on one thread and on two, beside what the machine allows two threads
 sweeps    memory bandwidth of a sweep; cost of sums in a fixed order
 jacobi    Jacobi's region of convergence over dt
 contacts  numbers of contacts and penalties
@@ -167,6 +168,12 @@ class Bench:
                  for rock in ("rock-200", "rock-2200") for courant in ("0.3", "1", "10")]
         self.keep("family", self.solve(files, "-r", 3, *only))
 
+    def run_threads(self):
+        rocks = ["rock-20k", "rock-200k"] + (["rock-1M"] if self.given.long else [])
+        files = [self.rock(f"{rock}_C{courant}", rock, courant)
+                 for rock in rocks for courant in ("1", "1e5")]
+        self.keep("threads", self.call("bench_sweeps", "threads", *files))
+
     def run_sweeps(self):
         sizes = ["rock-2200", "rock-20k", "rock-200k"] + (["rock-1M"] if self.given.long else [])
         files = [self.rock(f"{rock}_C1", rock, "1") for rock in sizes]
@@ -206,7 +213,7 @@ class Bench:
         pictures.draw(self.results, os.path.join(docs, "pictures"))
 
 
-SECTIONS = ("systems", "peers", "long", "family", "sweeps", "jacobi", "contacts", "runs", "write")
+SECTIONS = ("systems", "peers", "long", "family", "threads", "sweeps", "jacobi", "contacts", "runs", "write")
 
 
 def main():

@@ -136,6 +136,16 @@ def threads(folder):
                  [f"{m}: 1 over 2" for m in methods], rows)
 
 
+def scaling(folder):
+    rows = []
+    for line in lines(folder, "threads"):
+        _, path, order, courant, asked, took, one, two, gained, allowed = line.split("\t")
+        rows.append([re.sub(".*/|_C.*", "", path), order, courant, asked, took, short(float(one)),
+                     short(float(two)), f"{float(gained):.2f}", f"{float(allowed):.2f}"])
+    return table(["system", "unknowns", "C", "asked for", "took", "1 thread ms", "2 threads ms",
+                  "1 over 2", "two solves at once"], rows)
+
+
 def bandwidth(folder):
     rows = []
     for line in lines(folder, "bandwidth"):
@@ -240,7 +250,7 @@ TABLES = {
     "machine": machine, "verdict": verdict,
     "peers 1e-6": against_peers("1e-06"), "peers 1e-10": against_peers("1e-10"),
     "all 1e-6": all_peers("1e-06"), "all 1e-10": all_peers("1e-10"),
-    "threads": threads, "bandwidth": bandwidth, "jacobi": jacobi,
+    "threads": threads, "scaling": scaling, "bandwidth": bandwidth, "jacobi": jacobi,
     "iterations 1e-6": iterations("1e-06"), "iterations 1e-10": iterations("1e-10"),
     "family": family, "contacts": contacts("contacts", "spacing of joints"),
     "penalty": contacts("penalty", "penalty"), "sums": sums, "mixed": mixed, "runs": runs,
