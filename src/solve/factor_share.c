@@ -44,7 +44,9 @@ static void add_candidate(cut *c, int front, double least) {
     if (c->work[front] >= least) c->candidate[c->n_candidate++] = front;
 }
 
+// -1: none is left.
 static int take_largest(cut *c) {
+    if (c->n_candidate == 0) return -1;
     int at = 0;
     for (int k = 1; k < c->n_candidate; k++)
         if (c->work[c->candidate[k]] > c->work[c->candidate[at]]) at = k;
@@ -60,23 +62,22 @@ static int open_subtrees(const nmm_factor *f, cut *c, int n_thread, double *time
         if (f->front[i].parent < 0) add_candidate(c, i, least);
     int best = 0;
     *time = f->work;
-    while (c->n_candidate > 0) {
+    for (;;) {
         const int i = take_largest(c);
         // No thread is done before the largest part is, and the last part comes late.
-        const double largest = c->work[i];
+        const double largest = i < 0 ? 0 : c->work[i];
         const double end = nmm_max(largest, c->below / n_thread + 0.1 * largest) + c->above;
         if (end < *time) {
             *time = end;
             best = c->n_opened;
         }
-        if (c->n_opened == OPENED * n_thread) break;
+        if (i < 0 || c->n_opened == OPENED * n_thread) return best;
         c->opened[c->n_opened++] = i;
         c->below -= nmm_front_work(f->front[i].n_pivot, f->front[i].n_row);
         c->above += shared_time(&f->front[i], n_thread);
         for (int k = f->front[i].child; k >= 0; k = f->front[k].sibling)
             add_candidate(c, k, least);
     }
-    return best;
 }
 
 static void measure_subtrees(const nmm_factor *f, double *work) {
