@@ -45,6 +45,11 @@ static void number_sides(nmm_contact_search *search, const nmm_model *model) {
     }
 }
 
+static void measure_blocks(nmm_contact_search *search, const nmm_model *model) {
+    for (int e = 0; e < model->n_element; e++)
+        search->block_area[model->element_block[e]] += model->element_area[e];
+}
+
 nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
                             const nmm_contact_options *options, nmm_contact_search **search) {
     TRY(nmm_allocate(context, search, 1, sizeof **search));
@@ -57,6 +62,8 @@ nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
     TRY(nmm_allocate(context, &s->side, n, sizeof(int)));
     TRY(nmm_allocate(context, &s->joint_side, n, sizeof(bool)));
     number_sides(s, model);
+    TRY(nmm_allocate(context, &s->block_area, (size_t)model->n_block, sizeof(double)));
+    measure_blocks(s, model);
     TRY(nmm_allocate(context, &s->built_at, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &s->bucket_start, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->bucket_pairs, (size_t)s->n_bucket + 1, sizeof(int)));
@@ -71,6 +78,7 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     if (s == NULL) return;
     nmm_release(context, &s->side);
     nmm_release(context, &s->joint_side);
+    nmm_release(context, &s->block_area);
     nmm_release(context, &s->table);
     nmm_release(context, &s->built_at);
     nmm_release(context, &s->pair);
@@ -102,10 +110,17 @@ static double modulus_behind(const nmm_model *model, int edge) {
     return model->material[model->element_material[model->edge_element[edge]]].youngs_modulus;
 }
 
+// The edge that faces the other block may be either one at the vertex: on a border of materials
+// they differ.
+static double modulus_at(const nmm_model *model, int vertex) {
+    return 0.5 *
+           (modulus_behind(model, vertex) + modulus_behind(model, model->vertex_prev[vertex]));
+}
+
 // Springs in proportion to the length, eq. (5.3).
 static void set_springs(const nmm_contact_search *search, const nmm_model *model, nmm_contact *c) {
     const nmm_interface *law = &model->interface[c->interface];
-    const double a = modulus_behind(model, c->vertex), b = modulus_behind(model, c->edge);
+    const double a = modulus_at(model, c->vertex), b = modulus_behind(model, c->edge);
     const double both = 2 * a * b / (a + b);
     const double normal = law->normal_stiffness > 0 ? law->normal_stiffness
                                                     : search->options.penalty * both / model->size;
@@ -290,6 +305,7 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
                                .state = state,
                                .line = search->line,
                                .last = {state->contact, search->last_start},
+                               .block_area = search->block_area,
                                .reach = reach,
                                .near = near};
     int n_raw = 0;
