@@ -26,6 +26,8 @@ import random
 import sys
 import time
 
+import numpy
+
 from scene import Fault, change, distance, material, numbers_of, run, square, text_of
 
 # Largest difference over the largest number of all monitors, after a few steps. Contacts that set
@@ -232,6 +234,10 @@ def turned(scene):
     return scene
 
 
+def turned_round(scene):
+    return mapped(scene, lambda p: [-p[0], -p[1]], lambda v: [-v[0], -v[1]], lambda s: s)
+
+
 def mirrored(scene):
     return mapped(scene, lambda p: [-p[0], p[1]], lambda v: [-v[0], v[1]],
                   lambda s: [s[0], s[1], -s[2]], turn=-1)
@@ -257,23 +263,45 @@ def scaled(scene, s):
 
 # Part of a displacement that the choice of steps leaves uncertain.
 OF_STEPS = 0.1
-# Of places, to see whether something is decided at a rounding.
-NUDGES = (1e-8, 3e-8)
+# Of places, to see whether something is decided at a rounding: less than any answer may need, more
+# than the rounding of the copies.
+NUDGES = (1e-11, 1e-9)
 
 
 def nudged(scene, part):
-    """Not quite the same scene."""
-    return mapped(scene, lambda p: [x * (1 + part) for x in p], same)
+    """Not quite the same scene: lengths, angles and areas differ a little, what touches still does."""
+    return mapped(scene, lambda p: [p[0] + part * (0.4 * p[0] - 0.7 * p[1]),
+                                    p[1] + part * (0.6 * p[0] + 0.3 * p[1])], same)
 
 
-def backwards(scene):
-    return {**scene, "joints": [{**joint, "polyline": joint["polyline"][::-1]}
-                                for joint in scene["joints"][::-1]]}
+def renumbered(scene):
+    """Everything listed in another order: blocks, joints, materials, monitors, corners of polygons,
+    these also the other way round."""
+    dice = random.Random(len(text_of(scene)))
+
+    def corners(points):
+        k = dice.randrange(len(points))
+        points = points[k:] + points[:k]
+        return points[::-1] if dice.random() < 0.5 else points
+    scene = dict(scene)
+    for name in ("domain", "regions", "blocks"):
+        if name in scene:
+            scene[name] = [{**entry, "polygon": corners(entry["polygon"])} for entry in scene[name]]
+    for name in ("blocks", "joints", "monitors"):
+        if name in scene:
+            scene[name] = dice.sample(scene[name], len(scene[name]))
+    if "joints" in scene:
+        scene["joints"] = [{**joint, "polyline": joint["polyline"][::dice.choice([1, -1])]}
+                           for joint in scene["joints"]]
+    scene["materials"] = dict(dice.sample(list(scene["materials"].items()), len(scene["materials"])))
+    return scene
 
 
 def back(kind, values, name):
     """Numbers of the changed scene as they would be in the first."""
-    if name == "turned":
+    if name == "turned round":
+        rule = (lambda s: s) if kind == "stress" else (lambda v: [-v[0], -v[1]])
+    elif name == "turned":
         rule = (lambda s: [s[1], s[0], -s[2]]) if kind == "stress" else (lambda v: [v[1], -v[0]])
     elif name == "mirrored":
         rule = (lambda s: [s[0], s[1], -s[2]]) if kind == "stress" else (lambda v: [-v[0], v[1]])
@@ -287,18 +315,36 @@ def back(kind, values, name):
 
 
 def variants(scene):
-    """Name and scene of each way to say it; another lattice direction where there is no lattice."""
+    """Name and scene of each way to say it. A lattice has directions of its own: half a turn and a
+    mirror keep it."""
+    yield "renumbered", renumbered(scene)
+    yield "mirrored", mirrored(scene)
+    if "mesh" in scene["covers"]:
+        yield "turned", turned(scene)
+    else:
+        yield "turned round", turned_round(scene)
     yield "shifted", shifted(scene)
     yield "scaled 1024", scaled(scene, 1024.0)
     yield "scaled 1000", scaled(scene, 1000.0)
-    if "mesh" in scene["covers"]:
-        yield "turned", turned(scene)
-        yield "mirrored", mirrored(scene)
-    if "joints" in scene:
-        yield "joints backwards", backwards(scene)
 
 
 # --- Findings
+
+def same_mesh(result, other, name):
+    """Is the mesh of the other copy that of the first one, moved as the copy is? A lattice begins
+    where slivers along straight sides are avoided, which need not be symmetric."""
+    a = result.places
+    b = numpy.array(back("displacement", [x for p in other.places for x in p], name)).reshape(-1, 2)
+    if len(a) != len(b):
+        return False
+    a, b = (p - 0.5 * (p.min(axis=0) + p.max(axis=0)) for p in (a, b))
+    unit = 1e-6 * numpy.abs(a).max()
+
+    def listed(places):
+        return sorted((round(x / unit), round(y / unit)) for x, y in places.tolist())
+    near = sum(max(abs(p[0] - q[0]), abs(p[1] - q[1])) > 1 for p, q in zip(listed(a), listed(b)))
+    return near <= 0.05 * len(a)  # neighbours in the list may change places
+
 
 def compare(result, other, name, floor=0.0):
     """What differs, in words, and by how much. Stresses below `floor` [Pa] have no digits."""
@@ -373,6 +419,9 @@ class Findings(list):
             return
         words, error = compare(result, other, name, self.no_stress)
         if words is None:
+            return
+        if name in ("mirrored", "turned round") and not same_mesh(result, other, name):
+            self.append(("other mesh", words))
             return
         if self.sensitivity is None:
             near = [self.attempt("nudged", nudged(self.scene, part)) for part in NUDGES]
