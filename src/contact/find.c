@@ -45,9 +45,28 @@ static void number_sides(nmm_contact_search *search, const nmm_model *model) {
     }
 }
 
-static void measure_blocks(nmm_contact_search *search, const nmm_model *model) {
-    for (int e = 0; e < model->n_element; e++)
-        search->block_area[model->element_block[e]] += model->element_area[e];
+// Area of each block, and how far its middle is from the middle of all.
+static nmm_status measure_blocks(nmm_context *context, nmm_contact_search *search,
+                                 const nmm_model *model) {
+    double(*sum)[3] = NULL, all[3] = {0, 0, 0};
+    TRY(nmm_allocate(context, &search->block, (size_t)model->n_block, sizeof *search->block));
+    TRY(nmm_allocate(context, &sum, (size_t)model->n_block, sizeof *sum));
+    for (int e = 0; e < model->n_element; e++) {
+        const double *centre = model->element_centre + 2 * (long)e, area = model->element_area[e];
+        const double part[3] = {area, area * centre[0], area * centre[1]};
+        for (int i = 0; i < 3; i++) {
+            sum[model->element_block[e]][i] += part[i];
+            all[i] += part[i];
+        }
+    }
+    for (int b = 0; b < model->n_block; b++) {
+        const double x = sum[b][1] / sum[b][0] - all[1] / all[0];
+        const double y = sum[b][2] / sum[b][0] - all[2] / all[0];
+        search->block[b][0] = sum[b][0];
+        search->block[b][1] = sqrt(x * x + y * y);
+    }
+    nmm_release(context, &sum);
+    return NMM_OK;
 }
 
 nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
@@ -62,8 +81,7 @@ nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
     TRY(nmm_allocate(context, &s->side, n, sizeof(int)));
     TRY(nmm_allocate(context, &s->joint_side, n, sizeof(bool)));
     number_sides(s, model);
-    TRY(nmm_allocate(context, &s->block_area, (size_t)model->n_block, sizeof(double)));
-    measure_blocks(s, model);
+    TRY(measure_blocks(context, s, model));
     TRY(nmm_allocate(context, &s->built_at, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &s->bucket_start, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->bucket_pairs, (size_t)s->n_bucket + 1, sizeof(int)));
@@ -78,7 +96,7 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     if (s == NULL) return;
     nmm_release(context, &s->side);
     nmm_release(context, &s->joint_side);
-    nmm_release(context, &s->block_area);
+    nmm_release(context, &s->block);
     nmm_release(context, &s->table);
     nmm_release(context, &s->built_at);
     nmm_release(context, &s->pair);
@@ -305,7 +323,7 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
                                .state = state,
                                .line = search->line,
                                .last = {state->contact, search->last_start},
-                               .block_area = search->block_area,
+                               .block = search->block,
                                .reach = reach,
                                .near = near};
     int n_raw = 0;

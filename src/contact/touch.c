@@ -117,11 +117,13 @@ typedef struct interval_end {
 } interval_end;
 
 // Of two vertices at one place: the one of the smaller block, of equal ones that of the block
-// listed first. What the mesh numbers first must not matter.
+// nearer to the middle of all, else of the one listed first. What the mesh numbers first must not
+// matter.
 static bool comes_first(const nmm_narrowing *now, int u, int w) {
     const int of_u = now->model->vertex_block[u], of_w = now->model->vertex_block[w];
-    const double a = now->block_area[of_u], b = now->block_area[of_w];
-    if (fabs(a - b) > NMM_EQUAL * (a + b)) return a < b;
+    const double *a = now->block[of_u], *b = now->block[of_w];
+    for (int i = 0; i < 2; i++)
+        if (fabs(a[i] - b[i]) > NMM_EQUAL * (a[i] + b[i])) return a[i] < b[i];
     return of_u != of_w ? of_u < of_w : u < w;
 }
 
