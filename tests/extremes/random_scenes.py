@@ -2,27 +2,30 @@
 # SPDX-License-Identifier: MIT
 """Random scenes: each is run for a few steps, and again in other words that must not matter.
 
-    random_scenes.py PROGRAM SEED COUNT [--keep FOLDER] [--seconds S]
+    random_scenes.py PROGRAM SEED COUNT [--seconds S] [--workers N] [--keep FOLDER] [--book FILE]
     random_scenes.py PROGRAM --scene SEED
 
 Scene k of a run has the seed SEED + k: domains that joints and joint sets cut, walls and heaps of
 blocks, materials over many decades, supports, loads and settings of any kind. Of each run it is
 asked that the status is one of the contract and a cause is told, that all numbers are finite, that
-the ledger closes, and that no energy comes from nowhere. Then the scene is shifted to map
-coordinates, turned by 90 degrees, mirrored, scaled by 1000 and by 1024, and its joints are listed
-backwards: all monitors must move as the scene does.
+the ledger closes, and that no energy comes from nowhere. Then everything is listed in another
+order, the scene is mirrored, turned, shifted to map coordinates, scaled by 1024 and by 1000: all
+monitors must move as the scene does.
 
-Where they do not, places are multiplied by 1 + 1e-8 and 1 + 3e-8: a scene that answers one of these
-with a difference as large decides something at a rounding, and is counted as sensitive, which is no
-finding; so does one whose steps are cut at other places, up to a difference of a tenth. Findings of
-a known kind are counted as known. --keep writes the scenes with findings of either kind; --seconds
-begins no scene after that time.
+Where they do not, the scene is sheared by 1e-11 and by 1e-9: one that answers with a difference as
+large decides something at a rounding, and is counted as sensitive, which is no finding; so is one
+whose steps are cut at other places, up to a difference of a tenth. A copy whose lattice is another
+one is counted, too. --keep writes the scenes with findings; --seconds begins no scene after that
+time; --book puts the counts into a document.
 """
 
 import collections
+import concurrent.futures
+import itertools
 import math
 import os
 import random
+import re
 import sys
 import time
 
@@ -37,6 +40,7 @@ NEAR = {"displacement": 1e-4, "velocity": 1e-3, "stress": 1e-2}
 GAIN = 0.02  # energy from nowhere over the largest term: finite steps in which compressed bodies turn
 SHIFT = (524288.0, 4194304.0)  # about 5e5 and 4.2e6 m, exact in binary
 TIMEOUT = 60
+MANY = 20000  # iterations of the solver after which a scene is not run in all copies
 
 
 def decades(dice, low, high):
@@ -393,7 +397,9 @@ class Findings(list):
         if result is None or result.status == 3:
             return
         self.look_for_gain(result)
-        for name, other in variants(scene):
+        # A slow method is not made slower six times.
+        copies = 6 if result["solver"]["iterations"] < MANY else 1
+        for name, other in itertools.islice(variants(scene), copies):
             self.look_for_difference(result, name, other)
 
     def attempt(self, name, scene):
@@ -440,32 +446,82 @@ def show(program, seed):
         print(f"{state}: {words}", file=sys.stderr)
 
 
+def look_at(program, seed):
+    """One scene, in a process of its own."""
+    start = time.monotonic()
+    scene = random_scene(seed)
+    found = Findings(program, scene)
+    return seed, found.end, list(found), time.monotonic() - start
+
+
+def look_at_all(program, seeds, workers, limit):
+    """As they come; none begins after `limit` seconds."""
+    start = time.monotonic()
+    with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+        def look(seed):
+            return look_at(program, seed) if time.monotonic() - start < limit else None
+        for result in pool.map(look, seeds):
+            if result is not None:
+                yield result
+
+
+class Counts:
+    """What a run of many scenes found."""
+
+    def __init__(self):
+        self.ends, self.kinds, self.scenes = (collections.Counter() for _ in range(3))
+        self.slowest = []
+
+    def add(self, seed, end, found, seconds):
+        self.ends[end] += 1
+        self.scenes.update({state for state, _ in found})
+        self.kinds.update(f"{state}: {text.split(':')[0]}" for state, text in found)
+        self.slowest = sorted(self.slowest + [(round(seconds, 1), seed)], reverse=True)[:5]
+
+    def table(self):
+        n = sum(self.ends.values())
+        lines = ["| | scenes | |", "|---|---|---|",
+                 f"| tried | {n} | {', '.join(f'{end}: {k}' for end, k in self.ends.most_common())} |"]
+        for state in ("failed", "known", "sensitive", "other mesh"):
+            kinds = [f"{kind.split(': ')[1]}: {k}" for kind, k in self.kinds.most_common()
+                     if kind.startswith(state)]
+            lines.append(f"| {state} | {self.scenes[state]} | {', '.join(kinds)} |")
+        return lines
+
+
+def write_book(path, lines):
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    new = "\n".join(["<!-- begin random -->", "", *lines, "", "<!-- end random -->"])
+    text, n = re.subn("<!-- begin random -->.*?<!-- end random -->", lambda _: new, text, flags=re.S)
+    if n != 1:
+        sys.exit(f"{path}: no place for the counts")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+
+
 def main(program, *words):
     if words[0] == "--scene":
         return show(program, int(words[1]))
     first, count = int(words[0]), int(words[1])
     options = dict(zip(words[2::2], words[3::2]))
     keep, limit = options.get("--keep"), float(options.get("--seconds", math.inf))
-    ends, kinds, scenes = collections.Counter(), collections.Counter(), collections.Counter()
+    counts = Counts()
     start = time.monotonic()
-    for seed in range(first, first + count):
-        if time.monotonic() - start > limit:
-            break
-        found = Findings(program, random_scene(seed))
-        ends[found.end] += 1
-        scenes.update({state for state, _ in found})
+    for seed, end, found, seconds in look_at_all(program, range(first, first + count),
+                                                 int(options.get("--workers", 1)), limit):
+        counts.add(seed, end, found, seconds)
         for state, text in found:
-            kinds[f"{state}: {text.split(':')[0]}"] += 1
-            if state != "sensitive":
+            if state in ("failed", "known"):
                 print(f"{'FAILED' if state == 'failed' else state} seed {seed}: {text}", flush=True)
-        if keep and any(state != "sensitive" for state, _ in found):
+        if keep and any(state in ("failed", "known") for state, _ in found):
             with open(os.path.join(keep, f"seed_{seed}.yaml"), "w", encoding="utf-8") as file:
-                file.write(text_of(found.scene))
-    print(f"{sum(ends.values())} scenes from seed {first}: {scenes['failed']} with findings, {scenes['known']} with known "
-          f"ones, {scenes['sensitive']} sensitive; {time.monotonic() - start:.0f} s")
-    print("ends:", dict(ends))
-    print("kinds:", dict(kinds))
-    sys.exit(scenes["failed"] > 0)
+                file.write(text_of(random_scene(seed)))
+    lines = counts.table()
+    print(f"from seed {first}, {time.monotonic() - start:.0f} s, slowest: {counts.slowest}", *lines, sep="\n")
+    if "--book" in options:
+        write_book(options["--book"], lines)
+    sys.exit(counts.scenes["failed"] > 0)
 
 
 if __name__ == "__main__":
