@@ -200,17 +200,25 @@ static const nmm_contact *left_contact(const nmm_narrowing *now, int vertex, int
     return sign * nmm_vec2_dot(e->t, now->line[new_edge].t) > NMM_IN_LINE ? old : NULL;
 }
 
+// The end of `edge` that the vertex is at: the far one may have left its own edge, which is no
+// matter of this place.
+static int nearer_end(const nmm_narrowing *now, int edge, int vertex) {
+    const nmm_edge_line *e = &now->line[edge];
+    const double along = nmm_vec2_dot(e->t, nmm_vec2_sub(now->line[vertex].p, e->p));
+    return along < 0.5 * e->length ? edge : nmm_vertex_behind(now, edge);
+}
+
 const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge) {
     const nmm_contact *old = nmm_contact_lookup(&now->last, vertex, edge);
     // The vertex passed a corner or a cut of the other side.
     const int near[2] = {nmm_vertex_before(now, edge), nmm_vertex_behind(now, edge)};
     for (int k = 0; k < 2 && old == NULL; k++)
         old = left_contact(now, vertex, near[k], edge, 1);
-    // The other side's vertices at this place, on the edges that meet here.
-    const int other[2] = {edge, nmm_vertex_behind(now, edge)};
+    // The other side's vertex at this place, on the edges that meet here.
+    const int other = nearer_end(now, edge, vertex);
     const int side[2] = {vertex, nmm_vertex_before(now, vertex)};
-    for (int k = 0; k < 4 && old == NULL; k++)
-        old = left_contact(now, other[k / 2], side[k % 2], edge, -1);
+    for (int k = 0; k < 2 && old == NULL; k++)
+        old = left_contact(now, other, side[k], edge, -1);
     return old;
 }
 
