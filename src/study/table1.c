@@ -235,6 +235,10 @@ static nmm_status conclude(nmm_bench *bench) {
     double *value = NULL;
     int n = 0, slower = 0;
     if (bench->n_row == 0) return NMM_OK;
+    TRY(nmm_bench_values(bench, &value, &n, UNKNOWNS, NULL));
+    nmm_bench_median(n, value); // sorts them
+    TRY(nmm_bench_remark(bench, "Orders: %.0f to %.0f unknowns (the paper: 194 to 2193).", value[0],
+                         value[n - 1]));
     TRY(remark_range(bench, SOR_SOLVER, "Solver's share with SOR(1.9)",
                      " (the paper: 56 to 97 %)"));
     TRY(remark_range(bench, SOLVER, "Solver's share with ours", ""));
