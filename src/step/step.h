@@ -21,9 +21,15 @@
 #define NMM_DRIFT 1e-2
 
 /// Augmented contact: part of a force that a spring may hold beside the carried force, and which
-/// may be left where raising gains nothing more. Springs are 5 times as stiff as what they hold.
-#define NMM_SPRING_SHARE 1e-4
-#define NMM_SPRING_SHARE_LEFT 1e-2
+/// may be left where neither raising nor stiffer springs gain more.
+#define NMM_SPRING_SHARE 1e-5
+#define NMM_SPRING_SHARE_LEFT 1e-3
+
+/// Augmented contact: where a round leaves more than this part of what springs held, they become
+/// stiffer by a factor, up to the last one over what they were.
+#define NMM_SPRING_GAIN 0.25
+#define NMM_SPRING_STIFFER 10.0
+#define NMM_SPRING_STIFFEST 1000.0
 
 /// Rows up to which solves know of friction: larger systems took as many passes with it as without,
 /// and more time (walls and slopes from 10^4 unknowns up).
