@@ -88,6 +88,15 @@ typedef struct nmm_costs {
     double displacement_bytes, velocity_bytes, stress_bytes; // of a frame of the run file
 } nmm_costs;
 
+/// What is left of the forces on a body that nothing holds, as a whole, and what resists.
+typedef struct nmm_free_body {
+    bool free;
+    double mass, inertia; // [kg, kg m2]
+    nmm_vec2 centre;      // half way through the step
+    nmm_vec2 push;        // [N]
+    double torque;        // [N m] about the centre
+} nmm_free_body;
+
 struct nmm_sim {
     nmm_context context;
     nmm_scene scene;
@@ -109,8 +118,9 @@ struct nmm_sim {
 
     nmm_mixing mixing; // of the passes; open where there is contact
 
-    nmm_balance balance; // of the forces, block by block
-    double speed;        // [m/s] largest motion of a point in the last step
+    nmm_balance balance;      // of the forces, block by block
+    nmm_free_body *free_body; // [n_block]; NULL: the scheme does not keep momenta
+    double speed;             // [m/s] largest motion of a point in the last step
 
     // The state at the start of the step, to go back to.
     double *start_displacement, *start_velocity; // [n_cover][2]
@@ -162,6 +172,10 @@ nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
 
 /// Try one step of length h from the saved start: the open-close loop.
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome);
+
+/// A try of length h settled: moves bodies that nothing holds rigidly until no push and no torque
+/// is left on them as wholes.
+void nmm_free_balance(nmm_sim *sim, double h);
 
 /// Energies of the state as it is: sets sim->kinetic0, strain0 and the stored ones; once, at the
 /// start.
