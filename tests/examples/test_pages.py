@@ -92,6 +92,21 @@ class Pages(unittest.TestCase):
         self.assertEqual(set(dict(PART.findall(self.read("trade.md")))),
                          set(trade.KNOBS) | {"machine"})
 
+    def test_what_a_gpu_measured_is_shown(self):
+        page = os.path.join(self.folder, "experiments.md")
+        self.assertEqual(experiments.show_gpu(page), "Not run on a GPU.")
+        head = ("scene,times,order,device,threads,method,sor_ms,serial_ms,ms,speedup_over_sor,"
+                "speedup_over_serial,sor_iterations,iterations,end\n")
+        host = "slope,1,770,A processor,1,direct,12,1,1,12,1,2000,1,converged\n"
+        there = "slope,1,770,A GPU,,pcg cluster,12,1,0.5,24,2,2000,40,converged\n"
+        for rows, shown in ((host, False), (host + there, True)):
+            with open(os.path.join(self.folder, "experiments-gpu.csv"), "w", encoding="utf-8") as file:
+                file.write(head + rows)
+            text = experiments.show_gpu(page)
+            self.assertEqual("| A GPU | slope | 770 | pcg cluster | 40 | 12 | 1 | 0.5 | 24 | 2 |" in text,
+                             shown)
+            self.assertNotIn("A processor |", text)
+
     def test_numbers(self):
         for value, digits, text in ((None, 3, ""), (3.0, 3, "3"), (0.07063, 3, "0.0706"),
                                     (12.345, 3, "12.3"), (1234.5, 3, "1234"), (4.3e-9, 2, "4.3e-09")):
