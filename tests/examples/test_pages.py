@@ -6,6 +6,7 @@ copies of the pages: the parts they own are written, nothing else is touched.
 Usage: test_pages.py PROGRAM [unittest arguments]
 """
 
+import json
 import os
 import re
 import shutil
@@ -115,6 +116,20 @@ class Pages(unittest.TestCase):
             self.assertEqual("| A GPU | slope | 770 | pcg cluster | 40 | 12 | 1 | 0.5 | 24 | 2 |" in text,
                              shown)
             self.assertNotIn("A processor |", text)
+
+    def test_list_of_the_papers_scenes(self):
+        """Blocks and unknowns of each, as `nmm check` counts them."""
+        folder = os.path.join(pages.ROOT, "examples", "paper")
+        with open(os.path.join(folder, "README.md"), encoding="utf-8") as file:
+            rows = re.findall(r"(?m)^\| \[.*\]\((\w+)/README.md\) \| (\d+) \| (\d+) \|", file.read())
+        self.assertEqual({name for name, _, _ in rows},
+                         {name for name in os.listdir(folder) if not name.endswith(".md")})
+        self.assertEqual(len(rows), 15)
+        for name, *numbers in rows:
+            done = subprocess.run([PROGRAM, "check", os.path.join(folder, name, "scene.yaml"),
+                                   "--json"], capture_output=True, text=True, check=True)
+            found = json.loads(done.stdout)
+            self.assertEqual([str(found["blocks"]), str(found["unknowns"])], numbers, name)
 
     def test_numbers(self):
         for value, digits, text in ((None, 3, ""), (3.0, 3, "3"), (0.07063, 3, "0.0706"),
