@@ -26,20 +26,87 @@ static void test_column(void **state) {
     rows_end();
 }
 
+// Supports hold whatever a body weighs next to its modulus: one law for settlement over strain.
+static void test_light_load(void **state) {
+    (void)state;
+    const double modulus[] = {1e9, 1e11, 1e13};
+    double first = 0;
+    for (int k = 0; k < 3; k++) {
+        run r = RUN("column.yaml", STATIC, "analysis.tolerance=1e-6", "materials.rock.plane=stress",
+                    set_text("materials.rock.youngs_modulus=%g", modulus[k]), "covers.size=0.5");
+        find(&r);
+        const double scaled = -run_monitor(&r, "top").displacement[1] * modulus[k] / 1.22625e6;
+        if (k == 0) first = scaled;
+        row_close(set_text("statics: column of %g Pa, settlement over that by the closed form",
+                           modulus[k]),
+                  1, scaled, 1e-3);
+        row_close(set_text("statics: column of %g Pa, the same over that at 1e9 Pa", modulus[k]), 1,
+                  scaled / first, 1e-5);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// A column between two supports that gain little in a round: no equilibrium before they stand. Each
+// has half of the weight.
+static void test_slow_supports(void **state) {
+    (void)state;
+    run r = RUN("column.yaml", STATIC, "covers.size=0.5",
+                "supports=[{segment: [[0, 0], [2, 0]], fix: xy}, "
+                "{segment: [[0, 10], [2, 10]], fix: xy}]");
+    for (int s = 0; s < r.sim->model.n_support; s++)
+        r.sim->model.support[s].stiffness *= 1e-4;
+    row_true("statics: column between soft supports", "completed", find(&r) == NMM_END_COMPLETED);
+    row_true("statics: column between soft supports, in more than one step", "yes",
+             r.report.step > 1);
+    double top = 0;
+    for (int s = 0; s < r.sim->model.n_support; s++)
+        if (r.sim->model.support[s].place.y > 0) top += r.sim->state.support_force[2 * s + 1];
+    row_close("statics: column between soft supports, force at the top", 10 * 2500 * GRAVITY, top,
+              2e-3);
+    run_close(&r);
+    rows_end();
+}
+
+static double force_on_base(const nmm_sim *sim) {
+    double sum = 0;
+    for (int k = 0; k < sim->state.n_contact; k++) {
+        const nmm_contact *contact = &sim->state.contact[k];
+        const int p = sim->model.vertex_point[contact->vertex];
+        const double y = sim->state.position[2 * p + 1] + sim->model.origin.y;
+        if (contact->mode != NMM_CONTACT_OPEN && fabs(y) < 0.1) sum += contact->normal_force;
+    }
+    return sum;
+}
+
 static void test_stack(void **state) {
     (void)state;
     run r = RUN("stack.yaml", STATIC);
     row_true("statics: stack of 5", "completed", find(&r) == NMM_END_COMPLETED);
-    double sum = 0;
-    for (int k = 0; k < r.sim->state.n_contact; k++) {
-        const nmm_contact *contact = &r.sim->state.contact[k];
-        const int p = r.sim->model.vertex_point[contact->vertex];
-        const double y = r.sim->state.position[2 * p + 1] + r.sim->model.origin.y;
-        if (contact->mode != NMM_CONTACT_OPEN && fabs(y) < 0.1) sum += contact->normal_force;
-    }
-    row_close("statics: stack of 5, force on the base", 5 * 2500 * GRAVITY, sum, 1e-6);
+    row_close("statics: stack of 5, force on the base", 5 * 2500 * GRAVITY, force_on_base(r.sim),
+              1e-6);
     row_ledger("statics: stack of 5", &r);
     run_close(&r);
+    rows_end();
+}
+
+// Augmented contact: answers that do not depend on the penalty.
+static void test_stack_penalty(void **state) {
+    (void)state;
+    const double penalty[] = {1, 10, 100, 1000};
+    double top[4];
+    for (int k = 0; k < 4; k++) {
+        run r = RUN("stack.yaml", STATIC, "contact.method=augmented",
+                    set_text("contact.penalty=%g", penalty[k]));
+        const char *name = set_text("statics: augmented stack, penalty %g E", penalty[k]);
+        row_true(name, "completed", find(&r) == NMM_END_COMPLETED);
+        row_close(set_text("%s, force on the base", name), 5 * 2500 * GRAVITY, force_on_base(r.sim),
+                  1e-6);
+        top[k] = run_monitor(&r, "top").displacement[1];
+        row_close(set_text("%s, settlement of the top over that at 1 E", name), 1, top[k] / top[0],
+                  1e-4);
+        run_close(&r);
+    }
     rows_end();
 }
 
@@ -88,9 +155,9 @@ static void test_reason(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_column),
-        cmocka_unit_test(test_stack),
-        cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_column),        cmocka_unit_test(test_light_load),
+        cmocka_unit_test(test_slow_supports), cmocka_unit_test(test_stack),
+        cmocka_unit_test(test_stack_penalty), cmocka_unit_test(test_limits),
         cmocka_unit_test(test_reason),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
