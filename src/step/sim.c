@@ -118,7 +118,10 @@ static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
 static nmm_status allocate_start(nmm_sim *sim) {
     const nmm_model *model = &sim->model;
     const size_t n = 2 * (size_t)model->n_cover;
-    if (sim->search != NULL) TRY(nmm_mixing_open(&sim->context, &sim->mixing, (int)n));
+    if (sim->search != NULL) {
+        TRY(nmm_mixing_open(&sim->context, &sim->mixing, (int)n));
+        TRY(nmm_motion_open(&sim->context, &sim->motion, model));
+    }
     TRY(nmm_allocate(&sim->context, &sim->moved, n, sizeof(double)));
     TRY(nmm_allocate(&sim->context, &sim->start_displacement, n, sizeof(double)));
     TRY(nmm_allocate(&sim->context, &sim->start_velocity, n, sizeof(double)));
@@ -165,6 +168,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_contact_close(context, &sim->search);
     nmm_system_destroy(context, &sim->system);
     nmm_mixing_close(context, &sim->mixing);
+    nmm_motion_close(context, &sim->motion);
     nmm_balance_close(context, &sim->balance);
     nmm_release(context, &sim->moved);
     nmm_release(context, &sim->start_displacement);

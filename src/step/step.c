@@ -217,6 +217,8 @@ static nmm_status accept_step(nmm_sim *sim, double h) {
     state->time += sim->settings.is_static ? (sim->settings.end - state->time) / 8 : h;
     state->step += 1;
     update_stress(sim);
+    if (sim->search != NULL)
+        nmm_motion_take(&sim->motion, &sim->model, &sim->state, sim->balance.group, sim->moved, h);
     update_velocity(sim, h);
     if (sim->settings.is_static) {
         memset(state->velocity, 0, 2 * (size_t)sim->model.n_cover * sizeof(double));

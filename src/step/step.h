@@ -9,6 +9,7 @@
 #include "contact.h"
 #include "cover.h"
 #include "mixing.h"
+#include "motion.h"
 #include "scene.h"
 #include "solve.h"
 #include "system.h"
@@ -34,6 +35,10 @@
 /// does.
 #define NMM_COUPLED_TOLERANCE 1e-3
 #define NMM_QUIET_TOLERANCE 1e-4
+
+/// The same in the first pass of a step: what is left there is strewn over contacts that only just
+/// touch, and takes passes to be gathered in again.
+#define NMM_FIRST_TOLERANCE 1e-4
 
 /// Unbalanced forces over those before that a pass which knows of friction may leave, not to be in
 /// vain.
@@ -102,6 +107,7 @@ struct nmm_sim {
     double *moved; // [n_cover][2]
 
     nmm_mixing mixing; // of the passes; open where there is contact
+    nmm_motion motion; // the same
 
     nmm_balance balance; // of the forces, block by block
     double speed;        // [m/s] largest motion of a point in the last step

@@ -12,6 +12,9 @@
 #include <math.h>
 #include <string.h>
 
+/// Gap, as a part of the cover size, up to which an open contact only just touches.
+#define TOUCHES 1e-9
+
 static void add_diagonal(double *block, double x, double y) {
     block[0] += x;
     block[3] += y;
@@ -154,12 +157,22 @@ static void make_spring(nmm_system *system, const nmm_model *model, const nmm_st
     hold_spring(spring, system->fixed, cover, m);
 }
 
+// Mode by which contact k gets its spring. Where bodies are pressed, one that only just touches
+// counts as closed: as an open one it would let each pass bring a push to the next body only.
+static unsigned char first_mode(const nmm_system *system, const nmm_model *model,
+                                const nmm_contact *contact, int k) {
+    const bool touches = fabs(contact->gap - contact->rest) <= TOUCHES * model->size;
+    const bool closes = system->pressed && system->mode[k] == NMM_CONTACT_OPEN && touches;
+    return closes ? NMM_CONTACT_SLIDE : system->mode[k];
+}
+
 // All springs of couple q.
 static void make_springs(nmm_system *system, const nmm_model *model, const nmm_state *state,
                          int q) {
     const nmm_couples *couples = &system->couples;
     for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-        system->spring_mode[p] = system->mode[couples->order[p] / 2];
+        const int k = couples->order[p] / 2;
+        system->spring_mode[p] = first_mode(system, model, &state->contact[k], k);
         if (system->spring_mode[p] != NMM_CONTACT_OPEN) make_spring(system, model, state, q, p);
     }
 }
@@ -272,6 +285,7 @@ bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const n
     if (!anew && system->made) return change_springs(system, model, state);
     make_all(context, system, model, state, h);
     system->made = true;
+    system->pressed = false;
     return true;
 }
 

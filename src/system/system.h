@@ -101,6 +101,7 @@ typedef struct nmm_system {
     double *spring;             // [n_contact][nmm_spring_size]
     unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
     bool made;                  // K was made for the contacts as they are listed
+    bool pressed; // the next K made anew counts contacts that only just touch as closed
     int spring_capacity;
     nmm_coupling coupling; // of the contacts that slide, nmm_system_couple
     int coupling_capacity;
