@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // Tables with columns as wide as their content: words to the left, numbers to the right; empty
-// where nothing was measured.
+// where nothing was measured. The same as JSON, and as files: the table and its picture.
 
 #include "bench_table.h"
 
+#include "message.h"
+#include "options.h"
+
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -101,4 +105,17 @@ void bench_table_json(json *out, const nmm_bench *bench) {
     for (int k = 0; nmm_bench_note(bench, k); k++)
         json_text(out, NULL, nmm_bench_note(bench, k));
     json_close_array(out);
+}
+
+int bench_table_write(nmm_bench *bench, const char *folder, const char *name, bool told) {
+    static const char *const ending[] = {"csv", "svg", "png"};
+    char path[3][PATH_MAX + NAME_MAX + 8];
+    for (int k = 0; k < 3; k++) {
+        snprintf(path[k], sizeof path[k], "%s/%s.%s", folder, name, ending[k]);
+        const nmm_status status =
+            k == 0 ? nmm_bench_write_csv(bench, path[k]) : nmm_bench_plot(bench, path[k]);
+        if (status != NMM_OK) return message_failure(nmm_bench_error(bench), path[k]);
+    }
+    if (told) printf("\nWritten: %s, %s, %s\n", path[0], path[1], path[2]);
+    return EXIT_DONE;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The table of an experiment as text and as JSON.
+// The table of an experiment as text, as JSON, and as files.
 
 #ifndef NMM_CLI_BENCH_TABLE_H
 #define NMM_CLI_BENCH_TABLE_H
@@ -9,10 +9,15 @@
 
 #include "nmm/study.h"
 
+#include <stdbool.h>
+
 /// Title, table and notes on standard output.
 void bench_table_print(const nmm_bench *bench);
 
 /// The same as members of an object: columns, rows, notes.
 void bench_table_json(json *out, const nmm_bench *bench);
+
+/// FOLDER/NAME.csv, .svg and .png; where `told`, standard output says so. Returns the exit status.
+int bench_table_write(nmm_bench *bench, const char *folder, const char *name, bool told);
 
 #endif

@@ -97,20 +97,6 @@ static int report(void *user, const nmm_bench *bench, const char *what, int row)
     return interrupt_asked();
 }
 
-static int write_files(const job *j, nmm_bench *bench, const char *name) {
-    static const char *const ending[] = {"csv", "svg", "png"};
-    char path[3][PATH_MAX + 64];
-    for (int k = 0; k < 3; k++) {
-        snprintf(path[k], sizeof path[k], "%s/%s.%s", j->folder, name, ending[k]);
-        const nmm_status status =
-            k == 0 ? nmm_bench_write_csv(bench, path[k]) : nmm_bench_plot(bench, path[k]);
-        if (status != NMM_OK) return message_failure(nmm_bench_error(bench), path[k]);
-    }
-    if (!j->given->json && !j->given->quiet)
-        printf("\nWritten: %s, %s, %s\n", path[0], path[1], path[2]);
-    return EXIT_DONE;
-}
-
 static int show(job *j, nmm_bench *bench, const char *name) {
     if (j->given->json) {
         if (!strcmp(j->given->path, "all")) json_open(&j->out, NULL);
@@ -122,7 +108,7 @@ static int show(job *j, nmm_bench *bench, const char *name) {
         bench_table_print(bench);
     }
     if (nmm_bench_rows(bench) == 0) return EXIT_DONE;
-    return write_files(j, bench, name);
+    return bench_table_write(bench, j->folder, name, !j->given->json && !j->given->quiet);
 }
 
 /// What went wrong, with every mistake where a scene is to blame.
@@ -183,6 +169,7 @@ int command_bench(const arguments *given) {
     }
     if (!known) return complain_name(given->path);
     // What is wrong with folders is told before minutes of measuring.
+    const bool there = is_folder(j.folder);
     int end = needs_scenes ? find_scenes(&j) : EXIT_DONE;
     if (end == EXIT_DONE) end = folder_make(j.folder);
     if (end != EXIT_DONE) return end;
@@ -196,5 +183,7 @@ int command_bench(const arguments *given) {
         if (!strcmp(given->path, "all")) json_close_array(&j.out);
         json_close(&j.out);
     }
+    // Nothing is left behind where nothing was measured.
+    if (end != EXIT_DONE && !there) folder_remove_empty(j.folder);
     return end;
 }

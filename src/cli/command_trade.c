@@ -96,31 +96,20 @@ static void print_json(const job *j, const nmm_bench *bench, const nmm_trade_res
 }
 
 /// Scenes that are called scene.yaml, as the examples, go by the name of their folder.
-static void trade_name(char name[NAME_MAX + 1], const char *path, const char *ending) {
+static void trade_name(char name[NAME_MAX + 1], const char *path) {
     char folder[PATH_MAX];
     const char *slash = strrchr(path, '/');
     result_name(name, NAME_MAX + 1, path, "");
-    const bool plain = strcmp(name, "scene") != 0;
-    result_name(name, NAME_MAX + 1, path, ending);
-    if (plain || !slash) return;
+    if (strcmp(name, "scene") != 0 || !slash) return;
     snprintf(folder, sizeof folder, "%.*s", (int)(slash - path), path);
     const char *last = strrchr(folder, '/') ? strrchr(folder, '/') + 1 : folder;
-    if (*last && *last != '.') snprintf(name, NAME_MAX + 1, "%.200s%s", last, ending);
+    if (*last && *last != '.') snprintf(name, NAME_MAX + 1, "%.200s", last);
 }
 
 static int write_files(const job *j, nmm_bench *bench) {
-    static const char *const ending[] = {".csv", ".svg", ".png"};
-    char name[NAME_MAX + 1], path[3][PATH_MAX + NAME_MAX + 8];
-    for (int k = 0; k < 3; k++) {
-        trade_name(name, j->given->path, ending[k]);
-        snprintf(path[k], sizeof path[k], "%s/%s", j->folder, name);
-        const nmm_status status =
-            k == 0 ? nmm_bench_write_csv(bench, path[k]) : nmm_bench_plot(bench, path[k]);
-        if (status != NMM_OK) return message_failure(nmm_bench_error(bench), path[k]);
-    }
-    if (!j->given->json && !j->given->quiet)
-        printf("\nWritten: %s, %s, %s\n", path[0], path[1], path[2]);
-    return EXIT_DONE;
+    char name[NAME_MAX + 1];
+    trade_name(name, j->given->path);
+    return bench_table_write(bench, j->folder, name, !j->given->json && !j->given->quiet);
 }
 
 static int show(const job *j, nmm_bench *bench) {

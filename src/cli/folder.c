@@ -34,8 +34,11 @@ int folder_make(const char *path) {
             return EXIT_SYSTEM;
         }
     }
-    if (is_folder(path)) return EXIT_DONE;
-    message_error("cannot write into %s: %s", path, strerror(ENOTDIR));
+    if (!is_folder(path))
+        errno = ENOTDIR;
+    else if (access(path, W_OK | X_OK) == 0)
+        return EXIT_DONE;
+    message_error("cannot write into %s: %s", path, strerror(errno));
     return EXIT_SYSTEM;
 }
 

@@ -235,7 +235,7 @@ static const char *keep_bench(int id, const char *value, arguments *given) {
         given->scenes = value;
         return *value ? NULL : "a folder";
     case OPTION_THREAD_LIST:
-        return read_threads(value, given) ? NULL : "whole numbers from 1 to 4096, as 1,2";
+        return read_threads(value, given) ? NULL : "up to 16 whole numbers from 1 to 4096, as 1,2";
     default:
         return keep_trade(id, value, given);
     }

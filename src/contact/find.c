@@ -45,6 +45,30 @@ static void number_sides(nmm_contact_search *search, const nmm_model *model) {
     }
 }
 
+// Area of each block, and how far its middle is from the middle of all.
+static nmm_status measure_blocks(nmm_context *context, nmm_contact_search *search,
+                                 const nmm_model *model) {
+    double(*sum)[3] = NULL, all[3] = {0, 0, 0};
+    TRY(nmm_allocate(context, &search->block, (size_t)model->n_block, sizeof *search->block));
+    TRY(nmm_allocate(context, &sum, (size_t)model->n_block, sizeof *sum));
+    for (int e = 0; e < model->n_element; e++) {
+        const double *centre = model->element_centre + 2 * (long)e, area = model->element_area[e];
+        const double part[3] = {area, area * centre[0], area * centre[1]};
+        for (int i = 0; i < 3; i++) {
+            sum[model->element_block[e]][i] += part[i];
+            all[i] += part[i];
+        }
+    }
+    for (int b = 0; b < model->n_block; b++) {
+        const double x = sum[b][1] / sum[b][0] - all[1] / all[0];
+        const double y = sum[b][2] / sum[b][0] - all[2] / all[0];
+        search->block[b][0] = sum[b][0];
+        search->block[b][1] = sqrt(x * x + y * y);
+    }
+    nmm_release(context, &sum);
+    return NMM_OK;
+}
+
 nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
                             const nmm_contact_options *options, nmm_contact_search **search) {
     TRY(nmm_allocate(context, search, 1, sizeof **search));
@@ -57,6 +81,7 @@ nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
     TRY(nmm_allocate(context, &s->side, n, sizeof(int)));
     TRY(nmm_allocate(context, &s->joint_side, n, sizeof(bool)));
     number_sides(s, model);
+    TRY(measure_blocks(context, s, model));
     TRY(nmm_allocate(context, &s->built_at, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &s->bucket_start, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->bucket_pairs, (size_t)s->n_bucket + 1, sizeof(int)));
@@ -71,6 +96,7 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     if (s == NULL) return;
     nmm_release(context, &s->side);
     nmm_release(context, &s->joint_side);
+    nmm_release(context, &s->block);
     nmm_release(context, &s->table);
     nmm_release(context, &s->built_at);
     nmm_release(context, &s->pair);
@@ -102,10 +128,17 @@ static double modulus_behind(const nmm_model *model, int edge) {
     return model->material[model->element_material[model->edge_element[edge]]].youngs_modulus;
 }
 
+// The edge that faces the other block may be either one at the vertex: on a border of materials
+// they differ.
+static double modulus_at(const nmm_model *model, int vertex) {
+    return 0.5 *
+           (modulus_behind(model, vertex) + modulus_behind(model, model->vertex_prev[vertex]));
+}
+
 // Springs in proportion to the length, eq. (5.3).
 static void set_springs(const nmm_contact_search *search, const nmm_model *model, nmm_contact *c) {
     const nmm_interface *law = &model->interface[c->interface];
-    const double a = modulus_behind(model, c->vertex), b = modulus_behind(model, c->edge);
+    const double a = modulus_at(model, c->vertex), b = modulus_behind(model, c->edge);
     const double both = 2 * a * b / (a + b);
     const double normal = law->normal_stiffness > 0 ? law->normal_stiffness
                                                     : search->options.penalty * both / model->size;
@@ -167,17 +200,25 @@ static const nmm_contact *left_contact(const nmm_narrowing *now, int vertex, int
     return sign * nmm_vec2_dot(e->t, now->line[new_edge].t) > NMM_IN_LINE ? old : NULL;
 }
 
+// The end of `edge` that the vertex is at: the far one may have left its own edge, which is no
+// matter of this place.
+static int nearer_end(const nmm_narrowing *now, int edge, int vertex) {
+    const nmm_edge_line *e = &now->line[edge];
+    const double along = nmm_vec2_dot(e->t, nmm_vec2_sub(now->line[vertex].p, e->p));
+    return along < 0.5 * e->length ? edge : nmm_vertex_behind(now, edge);
+}
+
 const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge) {
     const nmm_contact *old = nmm_contact_lookup(&now->last, vertex, edge);
     // The vertex passed a corner or a cut of the other side.
     const int near[2] = {nmm_vertex_before(now, edge), nmm_vertex_behind(now, edge)};
     for (int k = 0; k < 2 && old == NULL; k++)
         old = left_contact(now, vertex, near[k], edge, 1);
-    // The other side's vertices at this place, on the edges that meet here.
-    const int other[2] = {edge, nmm_vertex_behind(now, edge)};
+    // The other side's vertex at this place, on the edges that meet here.
+    const int other = nearer_end(now, edge, vertex);
     const int side[2] = {vertex, nmm_vertex_before(now, vertex)};
-    for (int k = 0; k < 4 && old == NULL; k++)
-        old = left_contact(now, other[k / 2], side[k % 2], edge, -1);
+    for (int k = 0; k < 2 && old == NULL; k++)
+        old = left_contact(now, other, side[k], edge, -1);
     return old;
 }
 
@@ -290,6 +331,7 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
                                .state = state,
                                .line = search->line,
                                .last = {state->contact, search->last_start},
+                               .block = search->block,
                                .reach = reach,
                                .near = near};
     int n_raw = 0;

@@ -86,12 +86,27 @@ static nmm_vec2 reference_direction(const nmm_model *model, int e) {
     return length > 0 ? nmm_vec2_scale(1 / length, along) : along;
 }
 
+static nmm_vec2 reference_middle(const nmm_model *model, int e) {
+    const double *p = model->point + 2 * (long)model->vertex_point[e];
+    const double *q = model->point + 2 * (long)model->vertex_point[model->vertex_next[e]];
+    return (nmm_vec2){0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])};
+}
+
+// Is each behind the other: the two sides of something thin, a wedge between two joints say? They
+// see the same material, not each other.
+static bool back_to_back(const nmm_model *model, int a, int b, nmm_vec2 of_a, nmm_vec2 of_b) {
+    const nmm_vec2 way = nmm_vec2_sub(reference_middle(model, b), reference_middle(model, a));
+    const double thin = NMM_EXACT * model->size;
+    return nmm_vec2_cross(way, of_a) < -thin && nmm_vec2_cross(way, of_b) > thin;
+}
+
 // Neighbours of a loop meet only as the two faces of a crack at its tip; edges of one block only
 // when they faced each other at the start, so that the answer does not depend on when it is asked.
 static bool can_meet(const nmm_model *model, int a, int b) {
     if (model->vertex_block[a] != model->vertex_block[b]) return true;
     if (model->vertex_next[a] == b || model->vertex_next[b] == a) return model->edge_mate[a] == b;
-    return nmm_vec2_dot(reference_direction(model, a), reference_direction(model, b)) < -0.2;
+    const nmm_vec2 of_a = reference_direction(model, a), of_b = reference_direction(model, b);
+    return nmm_vec2_dot(of_a, of_b) < -0.2 && !back_to_back(model, a, b, of_a, of_b);
 }
 
 // Pairs of bucket b; stores them when `out` is not NULL. Returns how many.

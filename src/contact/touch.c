@@ -107,7 +107,8 @@ static double gap_of(const nmm_edge_line *e, nmm_vec2 place) {
 
 // One end of the shared interval: the end `u` of edge f lies `ahead` of the end `w` of edge e, seen
 // from inside the interval: then w is the end, on f; behind: u is, on e. Where they nearly coincide
-// the one that was listed stays, so that elastic slip does not change the list in every step.
+// the one that was listed stays, so that elastic slip does not change the list in every step; of
+// both the longer one: the other may stand for the little that two blocks share beyond a crossing.
 typedef struct interval_end {
     int u, e, w, f;
     double ahead;
@@ -115,13 +116,31 @@ typedef struct interval_end {
     nmm_vec2 probe_u, probe_w;
 } interval_end;
 
+// Of two vertices at one place: the one of the smaller block, of equal ones that of the block
+// nearer to the middle of all, else of the one listed first. What the mesh numbers first must not
+// matter.
+static bool comes_first(const nmm_narrowing *now, int u, int w) {
+    const int of_u = now->model->vertex_block[u], of_w = now->model->vertex_block[w];
+    const double *a = now->block[of_u], *b = now->block[of_w];
+    for (int i = 0; i < 2; i++)
+        if (fabs(a[i] - b[i]) > NMM_EQUAL * (a[i] + b[i])) return a[i] < b[i];
+    return of_u != of_w ? of_u < of_w : u < w;
+}
+
+// Of the last list, 0: not listed.
+static double last_length(const nmm_narrowing *now, int vertex, int edge) {
+    const nmm_contact *last = nmm_contact_lookup(&now->last, vertex, edge);
+    return last != NULL ? last->length : 0;
+}
+
 static void add_end(nmm_narrowing *now, const interval_end *end, double shared, double share) {
     const double size = now->model->size;
-    bool take_u = fabs(end->ahead) <= NMM_EXACT * size ? end->u < end->w : end->ahead < 0;
+    bool take_u =
+        fabs(end->ahead) <= NMM_EXACT * size ? comes_first(now, end->u, end->w) : end->ahead < 0;
     if (fabs(end->ahead) <= NMM_SAME * size) {
-        const bool had_u = nmm_contact_lookup(&now->last, end->u, end->e) != NULL;
-        const bool had_w = nmm_contact_lookup(&now->last, end->w, end->f) != NULL;
-        if (had_u != had_w) take_u = had_u;
+        const double had_u = last_length(now, end->u, end->e);
+        const double had_w = last_length(now, end->w, end->f);
+        if (had_u != had_w) take_u = had_u > had_w;
     }
     const candidate c = take_u
                             ? (candidate){end->u, end->e, end->gap_u, shared, end->probe_u, true}

@@ -3,8 +3,8 @@
 // Time by phase and memory of a step from 10^3 to 10^6 unknowns, for two scenes that grow: a square
 // wall of bricks and a jointed rock slope, both with lattice covers. The first steps of each.
 //
-// Memory is the peak of what passes the allocation hook: model, state, system and solver; what the
-// library of the direct method takes by itself is not in it.
+// Memory is the peak of what passes the allocation hook: model, state, system and solver with its
+// factors.
 
 #include "bench.h"
 

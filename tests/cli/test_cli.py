@@ -11,6 +11,7 @@ import os
 import pty
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ import time
 import unittest
 
 PROGRAM = ""
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 
 FALL = """nmm: 1
 title: Falling "block" \u00e9
@@ -486,12 +488,19 @@ class Systems(Case):
 
 
 class Readme(Case):
-    """The scene that the README shows."""
+    """What the README shows: its scene, its commands, its lines of C."""
+
+    def setUp(self):
+        super().setUp()
+        with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
+            self.readme = file.read()
+
+    def shown(self, begin):
+        """The block of the README that begins so."""
+        return self.readme.split(begin)[1].split("```")[0]
 
     def test_scene(self):
-        readme = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "README.md")
-        with open(readme, encoding="utf-8") as file:
-            self.write("block.yaml", file.read().split("```yaml\n")[1].split("```")[0])
+        self.write("block.yaml", self.shown("```yaml\n"))
         result = strict_json(self.expect(0, "run", "block.yaml", "--json", "--set",
                                          "time.end=0.2")[0])
         # Sliding down 30 degrees with 20 degrees of friction.
@@ -499,6 +508,37 @@ class Readme(Case):
         slope, friction = math.radians(30), math.tan(math.radians(20))
         wanted = 9.81 * (math.sin(slope) - math.cos(slope) * friction) * 0.2
         self.assertAlmostEqual(speed, wanted, delta=0.02 * wanted)
+
+    def test_commands(self):
+        scene = self.shown("```yaml\n").replace("end: 1.0", "end: 0.02")
+        self.write("block.yaml", scene)
+        lines = ("nmm check" + self.shown("```\nnmm check")).splitlines()
+        self.assertEqual(len(lines), 3)
+        for line in lines:
+            words, said = line.split("#")
+            self.expect(0, *words.split()[1:])
+            for name in re.findall(r"block\.[.\w]+\w", said):
+                self.assertTrue(os.path.exists(self.at(name)), name)
+
+    def test_table_of_commands(self):
+        """Each command with its help and examples, and no command is forgotten."""
+        named = set(re.findall(r"(?m)^\| `nmm (\w+) ", self.readme))
+        listed = re.findall(r"(?m)^  (\w+)  ", self.expect(0, "--help")[0].split("Options:")[0])
+        self.assertEqual(named, set(listed))
+        for name in named:
+            self.expect(0, name, "--help", out="Examples:\n  nmm " + name)
+        benches = re.findall(r"`(\w+)`", self.shown("| `nmm bench NAME` |").split("\n")[0])
+        told = self.expect(0, "bench", "--help")[0].split("Each prints")[0]
+        self.assertEqual(set(benches), set(re.findall(r"(?m)^  (\w+) ", told)))
+
+    @unittest.skipUnless(shutil.which("cc"), "needs a C compiler")
+    def test_lines_of_c(self):
+        head, body = self.shown("```c\n").split("\n\n")
+        self.write("lines.c", f"{head}\nint main(void) {{\n{body}return status;\n}}\n")
+        done = subprocess.run(["cc", "-fsyntax-only", "-Wall", "-Werror", "-I",
+                               os.path.join(ROOT, "include"), self.at("lines.c")],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
 
 
 class Endings(Case):

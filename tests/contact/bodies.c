@@ -48,6 +48,7 @@ static nmm_box box_of_block(int n_loop, const loop *loops, int block) {
 static void make_loop(nmm_model *m, const loop *l, int first) {
     for (int i = 0; i < l->n; i++) {
         const int v = first + i;
+        m->element_area[l->block] += 0.5 * nmm_vec2_cross(l->corner[i], l->corner[(i + 1) % l->n]);
         m->point[2 * v] = l->corner[i].x;
         m->point[2 * v + 1] = l->corner[i].y;
         m->point_element[v] = l->block;

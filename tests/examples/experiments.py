@@ -1,54 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""Makes the tables and pictures of docs/experiments.md out of `nmm bench`.
+"""Makes the tables and pictures of docs/experiments.md and docs/only.md out of `nmm bench`.
 
-    python3 experiments.py NMM [--only NAME]... [--quick] [--page FILE]
+    python3 experiments.py NMM [--only NAME]... [--quick] [--docs FOLDER]
 
-Runs each experiment, writes its table between the page's markers and its picture into the folder
-`pictures` beside the page. What was measured on a GPU elsewhere (`nmm bench fig7 --device target`)
-is kept in experiments-gpu.csv beside the page, and shown where that file is.
+Runs each experiment, says how long it took, writes its table between the page's markers and its
+picture into the folder `pictures` beside the page. What was measured on a GPU elsewhere (`nmm bench
+fig7 --device target`) is kept in experiments-gpu.csv beside the page, and shown where that file is.
 """
 
 import argparse
 import csv
 import json
 import os
-import platform
-import re
 import shutil
 import subprocess
 import tempfile
+import time
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-ROOT = os.path.dirname(os.path.dirname(HERE))
-NAMES = ("table1", "fig6", "fig7", "contact", "wall", "growth")
+from pages import ROOT, machine, minutes, number, percent, table, write_part
 
-
-# --- Markdown
-
-def number(value, digits=3):
-    """So many digits, without an exponent where that reads well; empty for nothing."""
-    if value is None or value == "":
-        return ""
-    value = float(value)
-    if value == int(value) and abs(value) < 1e7:
-        return str(int(value))
-    if 1e-3 <= abs(value) < 1e5:
-        digits_before = len(str(int(abs(value)))) if abs(value) >= 1 else 0
-        text = f"{value:.{max(0, digits - digits_before)}f}" if digits_before else f"{value:.{digits}g}"
-        return text
-    return f"{value:.{digits - 1}e}"
-
-
-def table(head, rows):
-    """Words to the left, numbers to the right: a column whose name begins with a star has words."""
-    lines = ["| " + " | ".join(h.lstrip("*") for h in head) + " |",
-             "|" + "|".join("---" if h.startswith("*") else "--:" for h in head) + "|"]
-    lines += ["| " + " | ".join(row) + " |" for row in rows]
-    return "\n".join(lines)
-
-
-def percent(value):
-    return f"{float(value):.0f} %"
+NAMES = ("table1", "fig6", "fig7", "contact", "wall", "growth", "only")
 
 
 # --- One function for each table; `result` is what `nmm bench NAME --json` prints
@@ -56,7 +27,7 @@ def percent(value):
 def show_table1(result):
     head = ["*scene", "blocks", "order", "steps", "SOR: contact", "assembly", "solver", "rest",
             "ms a step", "ours: contact", "assembly", "solver", "rest", "ms a step", "threads",
-            "times faster", "differ"]
+            "times faster", "differ", "ours alone", "shortened"]
     rows = []
     for r in result["rows"]:
         shares = [[percent(r[side + part + "_share"]) for part in
@@ -64,7 +35,8 @@ def show_table1(result):
         rows.append([f"[{r['scene']}](../examples/paper/{r['scene']}/README.md)",
                      *(number(r[k]) for k in ("blocks", "unknowns", "steps")),
                      *shares[0], number(r["sor_step_ms"]), *shares[1], number(r["step_ms"]),
-                     number(r["threads"]), number(r["speedup"]), number(r["difference"], 2)])
+                     number(r["threads"]), number(r["speedup"]), number(r["difference"], 2),
+                     number(r["own_difference"], 2), f"{number(r['sor_cuts'])}, {number(r['cuts'])}"])
     return table(head, rows)
 
 
@@ -129,8 +101,18 @@ def show_growth(result):
                  [[r["scene"], *(number(r[k]) for k in keys)] for r in result["rows"]])
 
 
+def show_only(result):
+    keys = ("without_ms", "with_ms", "time_saved", "without_mb", "with_mb", "memory_saved",
+            "file_without_mb", "file_with_mb")
+    return table(["*feature", "*scene", "unknowns", "ms a step without", "with", "time saved",
+                  "MB without", "with", "memory saved", "run file, MB without", "with"],
+                 [[r["feature"], r["scene"], number(r["unknowns"]),
+                   *(percent(r[k]) if k.endswith("saved") else number(r[k]) for k in keys)]
+                  for r in result["rows"]])
+
+
 SHOW = {"table1": show_table1, "fig6": show_fig6, "fig7": show_fig7, "contact": show_contact,
-        "wall": show_wall, "growth": show_growth}
+        "wall": show_wall, "growth": show_growth, "only": show_only}
 
 
 def show_gpu(page):
@@ -151,18 +133,6 @@ def show_gpu(page):
 
 # --- Measuring, and the page
 
-def machine(program):
-    model = platform.machine()
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            found = re.search(r"model name\s*: (.*)", file.read())
-            model = found[1] if found else model
-    except OSError:
-        pass
-    version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
-    return f"{model}, {os.cpu_count()} cores, {platform.system()}; {version.stdout.strip()}."
-
-
 def measure(program, name, quick, folder):
     words = [program, "bench", name, "--json", "-o", folder,
              "--scenes", os.path.join(ROOT, "examples", "paper")]
@@ -173,18 +143,16 @@ def measure(program, name, quick, folder):
     return json.loads(done.stdout)
 
 
-def replace_part(text, name, body):
-    pattern = re.compile(rf"(<!-- bench: {name} -->\n).*?(<!-- end -->)", re.S)
-    if not pattern.search(text):
-        raise SystemExit(f"the page has no part {name}")
-    return pattern.sub(lambda m: m[1] + body + "\n" + m[2], text)
-
-
-def write_part(page, name, body):
-    with open(page, encoding="utf-8") as file:
-        text = replace_part(file.read(), name, body)
-    with open(page, "w", encoding="utf-8") as file:
-        file.write(text)
+def write_result(docs, name, result, folder):
+    """Table, notes and picture of an experiment."""
+    page, picture = os.path.join(docs, "experiments.md"), f"experiments-{name}.svg"
+    if name == "only":
+        page, picture = os.path.join(docs, "only.md"), "only.svg"
+    body = SHOW[name](result)
+    if result["notes"]:
+        body += "\n\n" + "\n".join(result["notes"])
+    write_part(page, name, body)
+    shutil.copyfile(os.path.join(folder, name + ".svg"), os.path.join(docs, "pictures", picture))
 
 
 def main():
@@ -192,21 +160,27 @@ def main():
     parser.add_argument("nmm", help="the program")
     parser.add_argument("--only", action="append", choices=NAMES, help="only this experiment")
     parser.add_argument("--quick", action="store_true", help="a try: numbers are worth nothing")
-    parser.add_argument("--page", default=os.path.join(ROOT, "docs", "experiments.md"))
+    parser.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="folder of the pages")
     given = parser.parse_args()
     program = os.path.abspath(given.nmm)
-    pictures = os.path.join(os.path.dirname(os.path.abspath(given.page)), "pictures")
-    os.makedirs(pictures, exist_ok=True)
-    write_part(given.page, "machine", machine(program))
-    write_part(given.page, "gpu", show_gpu(os.path.abspath(given.page)))
+    page = os.path.join(given.docs, "experiments.md")
+    os.makedirs(os.path.join(given.docs, "pictures"), exist_ok=True)
+    took = {}
     with tempfile.TemporaryDirectory() as folder:
         for name in given.only or NAMES:
-            print(f"{name} ...", flush=True)
+            print(f"{name} ...", end=" ", flush=True)
+            start = time.monotonic()
             result = measure(program, name, given.quick, folder)
-            notes = "\n".join(result["notes"])
-            write_part(given.page, name, f"{SHOW[name](result)}\n\n{notes}")
-            shutil.copyfile(os.path.join(folder, name + ".svg"),
-                            os.path.join(pictures, f"experiments-{name}.svg"))
+            took[name] = time.monotonic() - start
+            print(minutes(took[name]), flush=True)
+            write_result(given.docs, name, result, folder)
+    print(f"all: {minutes(sum(took.values()))}")
+    write_part(page, "gpu", show_gpu(page))
+    # Where a part was measured alone, the others may be another machine's.
+    if not given.only:
+        parts = ", ".join(f"{name} {minutes(seconds)}" for name, seconds in took.items())
+        write_part(page, "machine", f"{machine(program)}\nMeasured in {minutes(sum(took.values()))}: "
+                                    f"{parts}.")
 
 
 if __name__ == "__main__":

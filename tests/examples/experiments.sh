@@ -1,8 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 #
-# Makes the tables and pictures of docs/experiments.md: builds the program and measures, which takes
-# about a quarter of an hour on a machine that does nothing else.
+# Makes the tables and pictures of docs/experiments.md and docs/only.md: builds the program and
+# measures, on a machine that does nothing else. Says how long each experiment took; the page tells
+# how long all took.
 #
 # Usage: sh tests/examples/experiments.sh [BUILD_FOLDER] [-- OPTIONS of experiments.py, see its --help]
 
@@ -20,4 +21,4 @@ fi
 need_packages $packages_build python3
 cmake -S "$root" -B "$build" -G Ninja -D CMAKE_BUILD_TYPE=Release -D NMM_BUILD_TESTS=OFF >/dev/null
 cmake --build "$build" --target nmm
-exec python3 "$root/tests/examples/experiments.py" "$build/nmm" "$@"
+exec python3 "$root/tests/examples/${NMM_PAGE:-experiments}.py" "$build/nmm" "$@"

@@ -13,6 +13,9 @@ The README holds one table whose head is `| run | quantity | expected | source |
 Each run is also checked for what holds always: it completes, all numbers are finite, the ledger
 closes to 1e-6 of its largest term, nothing that can only be lost is gained. --quick takes a few
 steps of each run, for builds in which every step is slow, and checks only that.
+
+Of the text around the table these are checked where a page has them: `The scene has N unknowns`,
+`` `--set covers.size=X` gives M ``, and the time over the second picture, `after T s`.
 """
 
 import json
@@ -100,6 +103,36 @@ def run(program, scene, options, quick):
     return json.loads(done.stdout, parse_constant=refuse) if done.stdout else None
 
 
+def unknowns_of(program, scene, options=()):
+    done = subprocess.run([program, "check", scene, "--json", *options], capture_output=True,
+                          text=True, check=True)
+    return json.loads(done.stdout)["unknowns"]
+
+
+def time_of_picture(page, scene):
+    """Of the frame that the page's `nmm plot` draws, as the scene plans it."""
+    frame = re.search(r"^nmm plot .*--frame (\d+)", page, re.M)
+    key = "every" if frame else "end"
+    return float(re.search(rf"\b{key}: ([\d.e+-]+)", scene)[1]) * (int(frame[1]) if frame else 1)
+
+
+def promises(program, folder):
+    """What the text says beside the table; yields (what, is it so?)."""
+    path = os.path.join(folder, "scene.yaml")
+    with open(os.path.join(folder, "README.md"), encoding="utf-8") as file:
+        page = file.read()
+    with open(path, encoding="utf-8") as file:
+        scene = file.read()
+    if found := re.search(r"The scene has (\d+) unknowns", page):
+        yield f"{found[1]} unknowns", unknowns_of(program, path) == int(found[1])
+    for setting, number in re.findall(r"`--set (covers\.size=[\d.]+)` gives (\d+)", page):
+        yield (f"{setting} gives {number} unknowns",
+               unknowns_of(program, path, ("--set", setting)) == int(number))
+    if found := re.search(r"^\| before \| after ([\d.]+) s", page, re.M):
+        yield (f"the picture is of {found[1]} s",
+               math.isclose(time_of_picture(page, scene), float(found[1]), rel_tol=1e-9))
+
+
 def check(program, folder, quick):
     table = read_table(os.path.join(folder, "README.md"))
     failed = 0
@@ -114,6 +147,8 @@ def check(program, folder, quick):
          os.path.exists(picture) and os.path.getsize(picture) < PICTURE)
     tell("a bound on the penetration is promised",
          ("as given", "max_penetration") in [row[:2] for row in table])
+    for what, good in promises(program, folder):
+        tell(what, good)
     for words in dict.fromkeys(row[0] for row in table):
         options = [] if words == "as given" else shlex.split(words)
         result = run(program, os.path.join(folder, "scene.yaml"), options, quick)

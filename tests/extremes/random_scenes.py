@@ -2,29 +2,34 @@
 # SPDX-License-Identifier: MIT
 """Random scenes: each is run for a few steps, and again in other words that must not matter.
 
-    random_scenes.py PROGRAM SEED COUNT [--keep FOLDER] [--seconds S]
+    random_scenes.py PROGRAM SEED COUNT [--seconds S] [--workers N] [--keep FOLDER] [--book FILE]
     random_scenes.py PROGRAM --scene SEED
 
 Scene k of a run has the seed SEED + k: domains that joints and joint sets cut, walls and heaps of
 blocks, materials over many decades, supports, loads and settings of any kind. Of each run it is
 asked that the status is one of the contract and a cause is told, that all numbers are finite, that
-the ledger closes, and that no energy comes from nowhere. Then the scene is shifted to map
-coordinates, turned by 90 degrees, mirrored, scaled by 1000 and by 1024, and its joints are listed
-backwards: all monitors must move as the scene does.
+the ledger closes, and that no energy comes from nowhere. Then everything is listed in another
+order, the scene is mirrored, turned, shifted to map coordinates, scaled by 1024 and by 1000: all
+monitors must move as the scene does.
 
-Where they do not, places are multiplied by 1 + 1e-8 and 1 + 3e-8: a scene that answers one of these
-with a difference as large decides something at a rounding, and is counted as sensitive, which is no
-finding; so does one whose steps are cut at other places, up to a difference of a tenth. Findings of
-a known kind are counted as known. --keep writes the scenes with findings of either kind; --seconds
-begins no scene after that time.
+Where they do not, the scene is sheared by 1e-11 and by 1e-9: one that answers with a difference as
+large decides something at a rounding, and is counted as sensitive, which is no finding; so is one
+whose steps are cut at other places, up to a difference of a tenth. A copy whose lattice is another
+one is counted, too. --keep writes the scenes with findings; --seconds begins no scene after that
+time; --book puts the counts into a document.
 """
 
 import collections
+import concurrent.futures
+import itertools
 import math
 import os
 import random
+import re
 import sys
 import time
+
+import numpy
 
 from scene import Fault, change, distance, material, numbers_of, run, square, text_of
 
@@ -35,6 +40,7 @@ NEAR = {"displacement": 1e-4, "velocity": 1e-3, "stress": 1e-2}
 GAIN = 0.02  # energy from nowhere over the largest term: finite steps in which compressed bodies turn
 SHIFT = (524288.0, 4194304.0)  # about 5e5 and 4.2e6 m, exact in binary
 TIMEOUT = 60
+MANY = 20000  # iterations of the solver after which a scene is not run in all copies
 
 
 def decades(dice, low, high):
@@ -232,6 +238,10 @@ def turned(scene):
     return scene
 
 
+def turned_round(scene):
+    return mapped(scene, lambda p: [-p[0], -p[1]], lambda v: [-v[0], -v[1]], lambda s: s)
+
+
 def mirrored(scene):
     return mapped(scene, lambda p: [-p[0], p[1]], lambda v: [-v[0], v[1]],
                   lambda s: [s[0], s[1], -s[2]], turn=-1)
@@ -257,23 +267,45 @@ def scaled(scene, s):
 
 # Part of a displacement that the choice of steps leaves uncertain.
 OF_STEPS = 0.1
-# Of places, to see whether something is decided at a rounding.
-NUDGES = (1e-8, 3e-8)
+# Of places, to see whether something is decided at a rounding: less than any answer may need, more
+# than the rounding of the copies.
+NUDGES = (1e-11, 1e-9)
 
 
 def nudged(scene, part):
-    """Not quite the same scene."""
-    return mapped(scene, lambda p: [x * (1 + part) for x in p], same)
+    """Not quite the same scene: lengths, angles and areas differ a little, what touches still does."""
+    return mapped(scene, lambda p: [p[0] + part * (0.4 * p[0] - 0.7 * p[1]),
+                                    p[1] + part * (0.6 * p[0] + 0.3 * p[1])], same)
 
 
-def backwards(scene):
-    return {**scene, "joints": [{**joint, "polyline": joint["polyline"][::-1]}
-                                for joint in scene["joints"][::-1]]}
+def renumbered(scene):
+    """Everything listed in another order: blocks, joints, materials, monitors, corners of polygons,
+    these also the other way round."""
+    dice = random.Random(len(text_of(scene)))
+
+    def corners(points):
+        k = dice.randrange(len(points))
+        points = points[k:] + points[:k]
+        return points[::-1] if dice.random() < 0.5 else points
+    scene = dict(scene)
+    for name in ("domain", "regions", "blocks"):
+        if name in scene:
+            scene[name] = [{**entry, "polygon": corners(entry["polygon"])} for entry in scene[name]]
+    for name in ("blocks", "joints", "monitors"):
+        if name in scene:
+            scene[name] = dice.sample(scene[name], len(scene[name]))
+    if "joints" in scene:
+        scene["joints"] = [{**joint, "polyline": joint["polyline"][::dice.choice([1, -1])]}
+                           for joint in scene["joints"]]
+    scene["materials"] = dict(dice.sample(list(scene["materials"].items()), len(scene["materials"])))
+    return scene
 
 
 def back(kind, values, name):
     """Numbers of the changed scene as they would be in the first."""
-    if name == "turned":
+    if name == "turned round":
+        rule = (lambda s: s) if kind == "stress" else (lambda v: [-v[0], -v[1]])
+    elif name == "turned":
         rule = (lambda s: [s[1], s[0], -s[2]]) if kind == "stress" else (lambda v: [v[1], -v[0]])
     elif name == "mirrored":
         rule = (lambda s: [s[0], s[1], -s[2]]) if kind == "stress" else (lambda v: [-v[0], v[1]])
@@ -287,18 +319,36 @@ def back(kind, values, name):
 
 
 def variants(scene):
-    """Name and scene of each way to say it; another lattice direction where there is no lattice."""
+    """Name and scene of each way to say it. A lattice has directions of its own: half a turn and a
+    mirror keep it."""
+    yield "renumbered", renumbered(scene)
+    yield "mirrored", mirrored(scene)
+    if "mesh" in scene["covers"]:
+        yield "turned", turned(scene)
+    else:
+        yield "turned round", turned_round(scene)
     yield "shifted", shifted(scene)
     yield "scaled 1024", scaled(scene, 1024.0)
     yield "scaled 1000", scaled(scene, 1000.0)
-    if "mesh" in scene["covers"]:
-        yield "turned", turned(scene)
-        yield "mirrored", mirrored(scene)
-    if "joints" in scene:
-        yield "joints backwards", backwards(scene)
 
 
 # --- Findings
+
+def same_mesh(result, other, name):
+    """Is the mesh of the other copy that of the first one, moved as the copy is? A lattice begins
+    where slivers along straight sides are avoided, which need not be symmetric."""
+    a = result.places
+    b = numpy.array(back("displacement", [x for p in other.places for x in p], name)).reshape(-1, 2)
+    if len(a) != len(b):
+        return False
+    a, b = (p - 0.5 * (p.min(axis=0) + p.max(axis=0)) for p in (a, b))
+    unit = 1e-6 * numpy.abs(a).max()
+
+    def listed(places):
+        return sorted((round(x / unit), round(y / unit)) for x, y in places.tolist())
+    near = sum(max(abs(p[0] - q[0]), abs(p[1] - q[1])) > 1 for p, q in zip(listed(a), listed(b)))
+    return near <= 0.05 * len(a)  # neighbours in the list may change places
+
 
 def compare(result, other, name, floor=0.0):
     """What differs, in words, and by how much. Stresses below `floor` [Pa] have no digits."""
@@ -347,7 +397,9 @@ class Findings(list):
         if result is None or result.status == 3:
             return
         self.look_for_gain(result)
-        for name, other in variants(scene):
+        # A slow method is not made slower six times.
+        copies = 6 if result["solver"]["iterations"] < MANY else 1
+        for name, other in itertools.islice(variants(scene), copies):
             self.look_for_difference(result, name, other)
 
     def attempt(self, name, scene):
@@ -374,6 +426,9 @@ class Findings(list):
         words, error = compare(result, other, name, self.no_stress)
         if words is None:
             return
+        if name in ("mirrored", "turned round") and not same_mesh(result, other, name):
+            self.append(("other mesh", words))
+            return
         if self.sensitivity is None:
             near = [self.attempt("nudged", nudged(self.scene, part)) for part in NUDGES]
             self.sensitivity = max(compare(result, copy, "nudged", self.no_stress)[1] if copy
@@ -391,32 +446,82 @@ def show(program, seed):
         print(f"{state}: {words}", file=sys.stderr)
 
 
+def look_at(program, seed):
+    """One scene, in a process of its own."""
+    start = time.monotonic()
+    scene = random_scene(seed)
+    found = Findings(program, scene)
+    return seed, found.end, list(found), time.monotonic() - start
+
+
+def look_at_all(program, seeds, workers, limit):
+    """As they come; none begins after `limit` seconds."""
+    start = time.monotonic()
+    with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+        def look(seed):
+            return look_at(program, seed) if time.monotonic() - start < limit else None
+        for result in pool.map(look, seeds):
+            if result is not None:
+                yield result
+
+
+class Counts:
+    """What a run of many scenes found."""
+
+    def __init__(self):
+        self.ends, self.kinds, self.scenes = (collections.Counter() for _ in range(3))
+        self.slowest = []
+
+    def add(self, seed, end, found, seconds):
+        self.ends[end] += 1
+        self.scenes.update({state for state, _ in found})
+        self.kinds.update(f"{state}: {text.split(':')[0]}" for state, text in found)
+        self.slowest = sorted(self.slowest + [(round(seconds, 1), seed)], reverse=True)[:5]
+
+    def table(self):
+        n = sum(self.ends.values())
+        lines = ["| | scenes | |", "|---|---|---|",
+                 f"| tried | {n} | {', '.join(f'{end}: {k}' for end, k in self.ends.most_common())} |"]
+        for state in ("failed", "known", "sensitive", "other mesh"):
+            kinds = [f"{kind.split(': ')[1]}: {k}" for kind, k in self.kinds.most_common()
+                     if kind.startswith(state)]
+            lines.append(f"| {state} | {self.scenes[state]} | {', '.join(kinds)} |")
+        return lines
+
+
+def write_book(path, lines):
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    new = "\n".join(["<!-- begin random -->", "", *lines, "", "<!-- end random -->"])
+    text, n = re.subn("<!-- begin random -->.*?<!-- end random -->", lambda _: new, text, flags=re.S)
+    if n != 1:
+        sys.exit(f"{path}: no place for the counts")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+
+
 def main(program, *words):
     if words[0] == "--scene":
         return show(program, int(words[1]))
     first, count = int(words[0]), int(words[1])
     options = dict(zip(words[2::2], words[3::2]))
     keep, limit = options.get("--keep"), float(options.get("--seconds", math.inf))
-    ends, kinds, scenes = collections.Counter(), collections.Counter(), collections.Counter()
+    counts = Counts()
     start = time.monotonic()
-    for seed in range(first, first + count):
-        if time.monotonic() - start > limit:
-            break
-        found = Findings(program, random_scene(seed))
-        ends[found.end] += 1
-        scenes.update({state for state, _ in found})
+    for seed, end, found, seconds in look_at_all(program, range(first, first + count),
+                                                 int(options.get("--workers", 1)), limit):
+        counts.add(seed, end, found, seconds)
         for state, text in found:
-            kinds[f"{state}: {text.split(':')[0]}"] += 1
-            if state != "sensitive":
+            if state in ("failed", "known"):
                 print(f"{'FAILED' if state == 'failed' else state} seed {seed}: {text}", flush=True)
-        if keep and any(state != "sensitive" for state, _ in found):
+        if keep and any(state in ("failed", "known") for state, _ in found):
             with open(os.path.join(keep, f"seed_{seed}.yaml"), "w", encoding="utf-8") as file:
-                file.write(text_of(found.scene))
-    print(f"{sum(ends.values())} scenes from seed {first}: {scenes['failed']} with findings, {scenes['known']} with known "
-          f"ones, {scenes['sensitive']} sensitive; {time.monotonic() - start:.0f} s")
-    print("ends:", dict(ends))
-    print("kinds:", dict(kinds))
-    sys.exit(scenes["failed"] > 0)
+                file.write(text_of(random_scene(seed)))
+    lines = counts.table()
+    print(f"from seed {first}, {time.monotonic() - start:.0f} s, slowest: {counts.slowest}", *lines, sep="\n")
+    if "--book" in options:
+        write_book(options["--book"], lines)
+    sys.exit(counts.scenes["failed"] > 0)
 
 
 if __name__ == "__main__":

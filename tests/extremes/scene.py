@@ -38,6 +38,7 @@ class Result(dict):
         self.largest_energy = 0.0  # of any term of the ledger, at any step
         self.most_gained = 0.0  # energy that came from nowhere, at any step
         self.most_in_contact = 0.0  # energy of contact springs, at any step
+        self.places = numpy.zeros((0, 2))  # of the corners of all elements, at the start
 
     @property
     def completed(self):
@@ -61,6 +62,8 @@ class Result(dict):
             table = file["nmm/ledger"]
             names = [name.decode() for name in table.attrs["columns"]]
             data = table[:]
+            grid = file["VTKHDF"]
+            self.places = grid["Points"][:grid["NumberOfPoints"][0], :2]
         if not numpy.isfinite(data).all():
             raise Fault("a number in the ledger is not finite")
         terms = data[:, [names.index(name) for name in TERMS]]

@@ -33,7 +33,7 @@ COLUMNS = {
 }
 # Columns with words, and those where nothing may stand.
 WORDS = {"feature", "scene", "device", "method", "end"}
-MAY_BE_EMPTY = {"difference", "public_dda_ms", "part_of_public_dda", "direct_share", "file_without_mb",
+MAY_BE_EMPTY = {"public_dda_ms", "part_of_public_dda", "direct_share", "file_without_mb",
                 "file_with_mb"}
 
 
@@ -145,6 +145,7 @@ class Bench(unittest.TestCase):
                             (("nonsense",), "there are all, table1"), ((), "which NAME"),
                             (("wall", "--threads", "0"), "1 to 4096"),
                             (("wall", "--threads", "1,"), "1 to 4096"),
+                            (("wall", "--threads", ",".join(["2"] * 17)), "up to 16"),
                             (("wall", "--quik"), "did you mean --quick"),
                             (("wall", "--set", "a=b"), "unknown option --set")):
             done = self.run_bench(*words)
@@ -187,6 +188,28 @@ class Bench(unittest.TestCase):
             done = self.run_bench("wall", "--quick", "-o", path)
             self.assertEqual(done.returncode, 4, path)
             self.assertIn("file" if "file" in path else "/proc/nothing", done.stderr)
+
+    def test_folder_without_rights(self):
+        """Told at once, not after minutes of measuring."""
+        def without_rights():
+            if os.getuid() == 0:
+                os.setuid(65534)
+        os.chmod(self.folder, 0o755)
+        os.mkdir(self.at("taken"), 0o555)
+        try:
+            done = subprocess.run([PROGRAM, "bench", "wall", "-o", "taken"], cwd=self.folder,
+                                  preexec_fn=without_rights, capture_output=True, text=True,
+                                  check=False, timeout=100)
+        except PermissionError:
+            self.skipTest("only the superuser may start the program here")
+        self.assertEqual((done.returncode, done.stdout), (4, ""))
+        self.assertIn("taken: Permission denied", done.stderr)
+
+    def test_nothing_is_left_of_a_failure(self):
+        os.mkdir(self.at("nothing"))
+        done = self.run_bench("fig6", "--scenes", "nothing", "-o", "new")
+        self.assertEqual(done.returncode, 4)
+        self.assertFalse(os.path.exists(self.at("new")))
 
     def test_no_target(self):
         done = self.run_bench("fig7", "--quick", "--scenes", "scenes", "--device", "target")

@@ -4,20 +4,7 @@
 // setting named for an error wanted, references without a closed form, rows of runs that fail, what
 // is wrong with settings, an early end, memory.
 
-#include "nmm/study.h"
-#include "test.h"
-
-#include <stdbool.h>
-#include <stdlib.h>
-#include <unistd.h>
-
-// The font library keeps its tables for the life of the process.
-const char *__lsan_default_suppressions(void) __attribute__((visibility("default")));
-const char *__lsan_default_suppressions(void) {
-    return "leak:libfontconfig\n";
-}
-
-static char folder[] = "trade_XXXXXX";
+#include "study.h"
 
 // A column under its own weight, as examples/verification/column.yaml but without Poisson's effect,
 // so that the closed form holds: settlement density g H^2 / (2 E).
@@ -59,27 +46,13 @@ static const char *const stone =
     "time: {dt: 1e-3, end: 0.02}\n"
     "monitors: [{point: [1, 0.5]}]\n";
 
-static void write_scene(const char *name, const char *text) {
-    FILE *file = fopen(name, "w");
-    assert_non_null(file);
-    assert_true(fputs(text, file) >= 0);
-    assert_int_equal(fclose(file), 0);
-}
-
 static int enter(void **unused) {
     (void)unused;
-    if (mkdtemp(folder) == NULL || chdir(folder) != 0) return 1;
-    write_scene("column.yaml", column);
-    write_scene("swing.yaml", swing);
-    write_scene("stone.yaml", stone);
+    if (!enter_folder()) return 1;
+    write_text("column.yaml", column);
+    write_text("swing.yaml", swing);
+    write_text("stone.yaml", stone);
     return 0;
-}
-
-static int leave(void **unused) {
-    (void)unused;
-    char command[64];
-    snprintf(command, sizeof command, "rm -r %s", folder);
-    return chdir("..") != 0 || system(command) != 0;
 }
 
 static nmm_trade_def definition(const char *path) {
@@ -94,20 +67,7 @@ static nmm_trade_def definition(const char *path) {
 static nmm_bench *measure(const nmm_trade_def *def) {
     nmm_bench *bench = NULL;
     const nmm_status status = nmm_trade_run(&bench, def);
-    if (status != NMM_OK) print_error("%s\n", nmm_bench_error(bench)->message);
-    assert_int_equal(status, NMM_OK);
-    return bench;
-}
-
-static int column_named(const nmm_bench *bench, const char *name) {
-    for (int k = 0; nmm_bench_column_of(bench, k).name != NULL; k++)
-        if (strcmp(nmm_bench_column_of(bench, k).name, name) == 0) return k;
-    fail_msg("no column %s", name);
-    return -1;
-}
-
-static double number(const nmm_bench *bench, int row, const char *name) {
-    return nmm_bench_number(bench, row, column_named(bench, name));
+    return succeeded(bench, status);
 }
 
 static const char *word(const nmm_bench *bench, int row, const char *name) {
