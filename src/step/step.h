@@ -16,7 +16,7 @@
 
 /// Work of the unbalanced forces along a correction, at its end over that at its beginning, which
 /// may be left.
-#define NMM_OVERSHOOT 0.3
+#define NMM_OVERSHOOT 0.1
 
 /// How far covers may go at most, as a part of their size, before all of the matrix is made anew.
 #define NMM_DRIFT 1e-2
@@ -38,7 +38,7 @@
 
 /// The same in the first pass of a step: what is left there is strewn over contacts that only just
 /// touch, and takes passes to be gathered in again.
-#define NMM_FIRST_TOLERANCE 1e-4
+#define NMM_FIRST_TOLERANCE 3e-4
 
 /// Unbalanced forces over those before that a pass which knows of friction may leave, not to be in
 /// vain.
