@@ -177,6 +177,7 @@ static nmm_status solve_pass(nmm_sim *sim, const passes *p, double h, bool anew,
     nmm_system *system = &sim->system;
     nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
     if (p->n == 0) weigh_blocks(sim, h);
+    if (anew) nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     TRY(open_solver(sim));
     guess_change(sim, h, p->n);
