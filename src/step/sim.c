@@ -118,6 +118,9 @@ static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
 static nmm_status allocate_start(nmm_sim *sim) {
     const nmm_model *model = &sim->model;
     const size_t n = 2 * (size_t)model->n_cover;
+    if (sim->system.start_stress != NULL)
+        TRY(nmm_allocate(&sim->context, &sim->free_body, (size_t)model->n_block,
+                         sizeof *sim->free_body));
     if (sim->search != NULL) {
         TRY(nmm_mixing_open(&sim->context, &sim->mixing, (int)n));
         TRY(nmm_motion_open(&sim->context, &sim->motion, model));
@@ -170,6 +173,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_mixing_close(context, &sim->mixing);
     nmm_motion_close(context, &sim->motion);
     nmm_balance_close(context, &sim->balance);
+    nmm_release(context, &sim->free_body);
     nmm_release(context, &sim->moved);
     nmm_release(context, &sim->start_displacement);
     nmm_release(context, &sim->start_velocity);

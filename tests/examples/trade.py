@@ -15,9 +15,8 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-import time
 
-from pages import ROOT, machine, minutes, number, table, write_part
+from pages import ROOT, make_parts, number, table, tell_machine, write_part
 
 # Part of the page: knobs whose rows are shown.
 KNOBS = {"cantilever": ("scene", "size", "order", "mesh", "scheme", "tolerance"),
@@ -68,22 +67,19 @@ def main():
     given = parser.parse_args()
     program, path = os.path.abspath(given.nmm), os.path.join(given.docs, "trade.md")
     os.makedirs(os.path.join(given.docs, "pictures"), exist_ok=True)
-    took = 0
     with open(path, encoding="utf-8") as file:
         page = file.read()
-    for part in given.only or KNOBS:
-        print(f"{part} ...", end=" ", flush=True)
-        start = time.monotonic()
+
+    def make(part):
         with tempfile.TemporaryDirectory() as folder:
             result, picture = measure(program, part, page, given.quick, folder)
             if f"pictures/trade-{part}.svg" in page:
                 shutil.copyfile(picture, os.path.join(given.docs, "pictures", f"trade-{part}.svg"))
         write_part(path, part, show(result, KNOBS[part]))
-        print(minutes(time.monotonic() - start), flush=True)
-        took += time.monotonic() - start
-    print(f"all: {minutes(took)}")
+
+    took = make_parts(given.only or KNOBS, make)
     if not given.only:
-        write_part(path, "machine", f"{machine(program)}\nMeasured in {minutes(took)}.")
+        tell_machine(path, program, took)
 
 
 if __name__ == "__main__":
