@@ -39,6 +39,9 @@ from scene import Fault, change, distance, material, numbers_of, run, square, te
 NEAR = {"displacement": 1e-4, "velocity": 1e-3, "stress": 1e-2}
 GAIN = 0.02  # energy from nowhere over the largest term: finite steps in which compressed bodies turn
 SHIFT = (524288.0, 4194304.0)  # about 5e5 and 4.2e6 m, exact in binary
+# There places have digits of 1e-9 m, and points nearer than this are one: what moves by so little
+# may move otherwise.
+DIGITS = 2e-8
 TIMEOUT = 60
 MANY = 20000  # iterations of the solver after which a scene is not run in all copies
 
@@ -140,6 +143,15 @@ def monitors_of(scene):
     return [{"name": f"p {i:02}", "point": [rounded(x), rounded(y)]} for i, (x, y) in enumerate(points)]
 
 
+def beside(scene, size):
+    """Monitors of a domain a little beside where loads are: not on a node of the lattice, where stress
+    is that of any element round it."""
+    if "domain" not in scene:
+        return scene["monitors"]
+    return [{**m, "point": [m["point"][0] + rounded(0.0137 * size), m["point"][1] + rounded(0.0071 * size)]}
+            for m in scene["monitors"]]
+
+
 def random_settings(dice, size):
     dt = decades(dice, 1e-5, 1e-2)
     scene = {"gravity": dice.choice([[0, -9.81], [0, -9.81], [3.0, -8.0], [0, 0]]),
@@ -185,6 +197,7 @@ def random_scene(seed):
         scene["loads"] = [{"point": dice.choice(scene["monitors"])["point"], "force": force}]
     if dice.random() < 0.1:
         scene["initial_stress"] = {"kind": "uniform", "xx": -1e4, "yy": -2e4, "xy": 0}
+    scene["monitors"] = beside(scene, size)
     # Not by the dice: the scenes of order 0 stay what they were.
     if "size" in scene["covers"] and seed % 5 in (1, 3):
         scene["covers"]["order"] = 1 + seed % 5 // 2
@@ -350,8 +363,8 @@ def same_mesh(result, other, name):
     return near <= 0.05 * len(a)  # neighbours in the list may change places
 
 
-def compare(result, other, name, floor=0.0):
-    """What differs, in words, and by how much. Stresses below `floor` [Pa] have no digits."""
+def compare(result, other, name, floors):
+    """What differs, in words, and by how much. Numbers below their floor have no digits."""
     if (result.status, result.get("end")) != (other.status, other.get("end")):
         return f"{name}: ends otherwise: {result.cause or 'completed'} / {other.cause or 'completed'}", 1.0
     if result.status != 0:
@@ -360,8 +373,7 @@ def compare(result, other, name, floor=0.0):
         return f"{name}: {result['blocks']} blocks, then {other['blocks']}", 1.0
     for kind, limit in NEAR.items():
         a, b = numbers_of(result, kind), back(kind, numbers_of(other, kind), name)
-        if kind == "stress":
-            a, b = [*a, floor], [*b, floor]
+        a, b = [*a, floors[kind]], [*b, floors[kind]]
         error = distance(a, b)
         if error > limit:
             return f"{name}: {kind} differs by {error:.1e}", error
@@ -388,7 +400,7 @@ class Findings(list):
         super().__init__()
         self.program, self.scene = program, scene
         self.floor = rounding_of(scene)
-        self.no_stress = 1e-9 * max(m["youngs_modulus"] for m in scene["materials"].values())
+        self.stiffest = max(m["youngs_modulus"] for m in scene["materials"].values())
         self.sensitivity = None
         self.end = "fault"
         result = self.attempt("as it is", scene)
@@ -411,6 +423,17 @@ class Findings(list):
             self.append(("failed", f"{name}: {fault}"))
             return None
 
+    def floors_of(self, name):
+        """Largest numbers of each kind that are no more than what rounding may make of them."""
+        floors = {"displacement": 0.0, "velocity": 0.0, "stress": 1e-9 * self.stiffest}
+        if name == "shifted":
+            dt = self.scene.get("time", {}).get("dt", math.inf)
+            size = self.scene["covers"].get("size", 1.0)
+            floors = {"displacement": DIGITS / NEAR["displacement"],
+                      "velocity": DIGITS / dt / NEAR["velocity"],
+                      "stress": floors["stress"] + self.stiffest * DIGITS / size / NEAR["stress"]}
+        return floors
+
     def look_for_gain(self, result):
         gained, largest = result.most_gained, result.largest_energy
         # Where bodies slide, tributary lengths of contacts change from step to step, and what their
@@ -423,7 +446,8 @@ class Findings(list):
         other = self.attempt(name, scene)
         if other is None:
             return
-        words, error = compare(result, other, name, self.no_stress)
+        floors = self.floors_of(name)
+        words, error = compare(result, other, name, floors)
         if words is None:
             return
         if name in ("mirrored", "turned round") and not same_mesh(result, other, name):
@@ -431,8 +455,8 @@ class Findings(list):
             return
         if self.sensitivity is None:
             near = [self.attempt("nudged", nudged(self.scene, part)) for part in NUDGES]
-            self.sensitivity = max(compare(result, copy, "nudged", self.no_stress)[1] if copy
-                                   else 0.0 for copy in near)
+            self.sensitivity = max(compare(result, copy, "nudged", floors)[1] if copy else 0.0
+                                   for copy in near)
         # So does one that comes through in other steps, as far as these leave it uncertain.
         other_steps = result["steps"] != other["steps"] and error < OF_STEPS
         sensitive = self.sensitivity > 0.1 * error or other_steps
