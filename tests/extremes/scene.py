@@ -71,10 +71,11 @@ class Result(dict):
         self.most_in_contact = float(numpy.abs(data[:, names.index("contact")]).max(initial=0))
         self.most_gained = float(-data[:, names.index("numerical")].min(initial=0))
 
-    def check(self, ledger, floor):
+    def check(self, ledger, floor, force):
         """What must hold for every run that has results."""
         residual = abs(self["energy"]["residual"])
-        if residual > max(ledger * self.largest_energy, floor):
+        way = max((abs(x) for x in numbers_of(self, "displacement")), default=0)
+        if residual > max(ledger * self.largest_energy, floor, force * way):
             raise Fault(f"ledger: residual {residual:.3g} of {self.largest_energy:.3g} J")
         if (self.status == 0) != (self["end"] == "completed"):
             raise Fault(f"status {self.status}, but the end is {self['end']}")
@@ -137,9 +138,9 @@ def start(line, scene, timeout):
     return done
 
 
-def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor=1e-200):
+def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor=1e-200, force=0):
     """Run a scene, or only check it. Raises Fault for what no scene may bring about. A ledger may
-    miss `ledger` of its largest term, or `floor` [J]."""
+    miss `ledger` of its largest term, or `floor` [J], or the work of `force` [N]."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "run.vtkhdf")
         more = ["-q", "--threads", "1", "-o", path] if command == "run" else []
@@ -154,7 +155,7 @@ def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor
         if command == "run":
             result.largest_energy = kinetic_energy(scene)
             result.read_ledger(path)
-            result.check(ledger, floor)
+            result.check(ledger, floor, force)
     return result
 
 
