@@ -19,7 +19,7 @@ _nmm() {
     --precision) mapfile -t COMPREPLY < <(compgen -W "double mixed" -- "$word") ;;
     --stop) mapfile -t COMPREPLY < <(compgen -W "residual average_change" -- "$word") ;;
     --knobs)
-        words="size dt mesh scheme tolerance solver precision penalty"
+        words=$(nmm trade --help 2>/dev/null | sed -n '/--knobs/{s/.*NAME\.\.\. *//;s/(.*//;s/,//g;p}')
         mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
         ;;
     --device) mapfile -t COMPREPLY < <(compgen -W "auto host target" -- "$word") ;;

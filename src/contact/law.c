@@ -247,22 +247,26 @@ double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model
     return worst;
 }
 
-void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state) {
+void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double stiffer) {
     if (!search->options.augmented) return;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *c = &state->contact[k];
         if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
         c->carried_normal = c->normal_force;
         if (c->mode == NMM_CONTACT_STICK) c->carried_shear = c->shear_force;
+        c->normal_stiffness *= stiffer;
+        c->shear_stiffness *= stiffer;
     }
 }
 
 // --- Accepted
 
 // A sliding contact's anchor follows, so that the spring holds just the limit: no creep afterwards.
-static double commit_slide(nmm_contact *c, double length) {
+// Where carried forces follow they hold all of it: the spring may have another stiffness next time.
+static double commit_slide(const nmm_contact_search *search, nmm_contact *c, double length) {
     const double T = c->carried_shear - c->shear_stiffness * c->slip;
     const double slid = (c->shear_force - T) / c->shear_stiffness;
+    if (search->options.augmented && !c->hasty) c->carried_shear = c->shear_force;
     c->anchor += (c->slip - (c->carried_shear - c->shear_force) / c->shear_stiffness) / length;
     c->slip = (c->carried_shear - c->shear_force) / c->shear_stiffness;
     c->slid += fabs(slid);
@@ -300,7 +304,7 @@ void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model
             c->breaking = false;
             energy->fracture += nmm_max(0, c->bond_energy - stored_in(search, c));
         }
-        if (c->mode == NMM_CONTACT_SLIDE) energy->friction += commit_slide(c, length);
+        if (c->mode == NMM_CONTACT_SLIDE) energy->friction += commit_slide(search, c, length);
         if (c->mode == NMM_CONTACT_OPEN) commit_open(c, length);
     }
     energy->elastic = nmm_contact_stored(search, state);

@@ -28,6 +28,14 @@
 #define PROJECT_BLOCK 8.0
 #define FACTORISE 0.15 // by multiplication
 
+// What is swept over once per iteration and is larger than a cache comes from memory: bytes that
+// stay in one, and the price of a byte that does not.
+#define CACHE 2e7
+#define PER_FAR_BYTE 0.05
+#define BYTES_OF_BLOCK 36.0
+#define BYTES_OF_ROW 112.0
+#define BYTES_OF_DENSE_ROW 128.0
+
 // Solves after which rates are measured anew.
 #define MEMORY 100
 
@@ -80,13 +88,21 @@ static coarse_size guess_coarse(const nmm_bsr *K, const nmm_solve_options *optio
     return (coarse_size){n_part, 3 * n_part * width, 1.5 * n_part * width * width};
 }
 
+// Of an iteration that reads so many bytes; between one cache and two, part of it.
+static double far(double bytes) {
+    return PER_FAR_BYTE * bytes * nmm_max(0, nmm_min((bytes - CACHE) / CACHE, 1));
+}
+
 static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
                           const nmm_solve_options *options) {
     const double n = K->n_row, n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
     const bool reuse = kept && options->reuse;
     prices p = {.largest = NMM_BLOCKS_CLUSTER};
-    p.iterate[NMM_BLOCKS_COVER] = PER_BLOCK * n_block + PER_ROW * n;
-    p.iterate[NMM_BLOCKS_CLUSTER] = p.iterate[NMM_BLOCKS_COVER] + PER_DENSE_ROW * n;
+    const double bytes = BYTES_OF_BLOCK * n_block + BYTES_OF_ROW * n;
+    const double per_iteration = PER_BLOCK * n_block + PER_ROW * n;
+    p.iterate[NMM_BLOCKS_COVER] = per_iteration + far(bytes);
+    p.iterate[NMM_BLOCKS_CLUSTER] =
+        per_iteration + PER_DENSE_ROW * n + far(bytes + BYTES_OF_DENSE_ROW * n);
     double make = 0;
     if (!kept || !s->clusters_found) make += FIND_CLUSTERS * n_block;
     if (!reuse || !s->dense_made) make += INVERT_ROW * n;

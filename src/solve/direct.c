@@ -39,6 +39,11 @@
 // Solves without a try of the old factor, at most, after failures.
 #define LONGEST_PAUSE 8
 
+// Threads share a loop over n unknowns where these are many.
+#define MANY 8000
+#define SHARED_LOOP                                                                                \
+    _Pragma("omp parallel for num_threads(s->n_thread) schedule(static) if (n > MANY)")
+
 // Part of the limit at which the recursion stops, so that the true residual passes as well.
 #define RECURSION_MARGIN 0.9
 
@@ -162,7 +167,7 @@ static double true_norm(const nmm_solver *s) {
     double *r = s->wide.r;
     const int n = 2 * s->n_row;
     s->variant->multiply(s, s->wide.u, r);
-#pragma omp parallel for num_threads(s->n_thread) schedule(static) if (n > 20000)
+    SHARED_LOOP
     for (int i = 0; i < n; i++)
         r[i] = f[i] - r[i];
     return sqrt(dot(s, s->wide.r, s->wide.r));
@@ -172,22 +177,24 @@ static double true_norm(const nmm_solver *s) {
 // that of the step before, 0 at first; becomes -1 when the matrix or the factor is not positive in
 // the direction tried, or a number is not finite. *norm: of the recursion's residual.
 static void step(const nmm_direct *d, nmm_solver *s, double *rho, double *norm) {
-    const double *z = s->wide.z;
-    nmm_factor_fastest()->apply(&d->factor, s->wide.r, s->wide.z);
     const int n = 2 * s->n_row;
-    const double rho_new = dot(s, s->wide.r, z);
+    double *p = s->wide.p, *q = s->wide.q, *r = s->wide.r, *u = s->wide.u, *z = s->wide.z;
+    nmm_factor_fastest()->apply(&d->factor, r, z);
+    const double rho_new = dot(s, r, z);
     const double beta = *rho > 0 ? rho_new / *rho : 0;
+    SHARED_LOOP
     for (int i = 0; i < n; i++)
-        s->wide.p[i] = z[i] + (beta == 0 ? 0 : beta * s->wide.p[i]);
-    s->variant->multiply(s, s->wide.p, s->wide.q);
-    const double curvature = dot(s, s->wide.p, s->wide.q), alpha = rho_new / curvature;
+        p[i] = z[i] + (beta == 0 ? 0 : beta * p[i]);
+    s->variant->multiply(s, p, q);
+    const double curvature = dot(s, p, q), alpha = rho_new / curvature;
     *rho = rho_new > 0 && curvature > 0 && 0 * alpha == 0 ? rho_new : -1;
     if (*rho < 0) return;
+    SHARED_LOOP
     for (int i = 0; i < n; i++) {
-        s->wide.u[i] += alpha * s->wide.p[i];
-        s->wide.r[i] -= alpha * s->wide.q[i];
+        u[i] += alpha * p[i];
+        r[i] -= alpha * q[i];
     }
-    *norm = sqrt(dot(s, s->wide.r, s->wide.r));
+    *norm = sqrt(dot(s, r, r));
 }
 
 static double power(double x, int n) {
@@ -250,7 +257,9 @@ static void try_old_factor(nmm_direct *d, nmm_solver *s, const double *u, double
 // u += z = (factor)^-1 r, made with the factor; the first guess again where that is no gain. Needs
 // one product with K less than an iteration does.
 static void correct(nmm_solver *s, const double *u, double *norm, nmm_solve_report *report) {
-    for (int i = 0; i < 2 * s->n_row; i++)
+    const int n = 2 * s->n_row;
+    SHARED_LOOP
+    for (int i = 0; i < n; i++)
         s->wide.u[i] += s->wide.z[i];
     report->iterations++;
     *norm = true_norm(s);

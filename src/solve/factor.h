@@ -75,11 +75,14 @@ typedef struct nmm_factor {
     int n_thread, n_part, n_top;
     nmm_factor_part *part;
     int *top;
-    double time;               // [ns] of making the numbers then
-    nmm_factor_stack stack[2]; // for matrices, for vectors
-    double n_number;           // numbers of L that may differ from zero, without padding
-    double work;               // [ns] of making the numbers, by count of operations
-    int *tree;                 // scratch of the analysis
+    // The same fronts in rounds for the solution: those of a round need only rounds before.
+    int n_round;
+    int *round_front, *round_start; // [n_top], [n_round + 1], behind `top`
+    double time;                    // [ns] of making the numbers then
+    nmm_factor_stack stack[2];      // for matrices, for vectors
+    double n_number;                // numbers of L that may differ from zero, without padding
+    double work;                    // [ns] of making the numbers, by count of operations
+    int *tree;                      // scratch of the analysis
     nmm_dissect_room stage_room;
     nmm_order_room room;
     // What there is room for.

@@ -123,53 +123,81 @@ static void go_back(const nmm_factor *f, const nmm_front *front, const own_stack
     solve_backward(front, panel, x, below, front->padded);
 }
 
-// --- Fronts that threads share
+// --- Fronts that threads share: several that do not need each other at a time
 
 static bool is_large(const nmm_front *front) {
     const double n = 2.0 * front->n_pivot;
     return n * (0.5 * n + front->padded) > LARGE_FRONT;
 }
 
-static void share_forward(const nmm_factor *f, const nmm_front *front, nmm_hand *h) {
+// Turns that the rows below a front's pivots are worth, or its columns; a small one is done whole.
+static int turns_of(const nmm_front *front, bool back) {
+    if (!is_large(front)) return 0;
+    return back ? (2 * front->n_pivot + SOME_COLUMNS - 1) / SOME_COLUMNS
+                : (front->padded + SOME_ROWS - 1) / SOME_ROWS;
+}
+
+// What is below the pivots of a large front, in one of its turns.
+static void take_turn(const nmm_factor *f, const nmm_front *front, int turn, bool back) {
     const double *panel = f->value + front->column;
     double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, NULL, 1);
-    for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h)) {
+    if (back) {
+        const int end = nmm_min_int((turn + 1) * SOME_COLUMNS, 2 * front->n_pivot);
+        take_off_pivots(front, panel, x, below, turn * SOME_COLUMNS, end);
+    } else {
+        const int end = nmm_min_int((turn + 1) * SOME_ROWS, front->padded);
+        take_off_below(front, panel, x, below, turn * SOME_ROWS, end);
+    }
+}
+
+// The turns of all these fronts; false: there are none.
+static bool share_turns(const nmm_factor *f, const int *list, int n, bool back, nmm_hand *h) {
+    int n_turn = 0, first = 0, k = 0;
+    for (int i = 0; i < n; i++)
+        n_turn += turns_of(&f->front[list[i]], back);
+    if (n_turn == 0) return false;
+    for (int mine = nmm_hand_take(h); mine < n_turn; mine = nmm_hand_take(h)) {
+        while (mine >= first + turns_of(&f->front[list[k]], back))
+            first += turns_of(&f->front[list[k++]], back);
+        take_turn(f, &f->front[list[k]], mine - first, back);
+    }
+    nmm_hand_join(h, n_turn);
+    return true;
+}
+
+static void share_forward(const nmm_factor *f, const int *list, int n, nmm_hand *h) {
+    for (int k = nmm_hand_take(h); k < n; k = nmm_hand_take(h)) {
+        const nmm_front *front = &f->front[list[k]];
+        double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, NULL, 1);
         gather_below(f, front, NULL, x, below);
-        solve_forward(front, panel, x, below, 0);
+        solve_forward(front, f->value + front->column, x, below,
+                      is_large(front) ? 0 : front->padded);
     }
-    nmm_hand_join(h, 1);
-    const int n_turn = (front->padded + SOME_ROWS - 1) / SOME_ROWS;
-    for (int k = nmm_hand_take(h); k < n_turn; k = nmm_hand_take(h))
-        take_off_below(front, panel, x, below, k * SOME_ROWS,
-                       nmm_min_int((k + 1) * SOME_ROWS, front->padded));
-    nmm_hand_join(h, n_turn);
+    nmm_hand_join(h, n);
+    share_turns(f, list, n, false, h);
 }
 
-static void share_back(const nmm_factor *f, const nmm_front *front, nmm_hand *h) {
-    const int n = 2 * front->n_pivot, n_turn = (n + SOME_COLUMNS - 1) / SOME_COLUMNS;
-    const double *panel = f->value + front->column;
-    double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, NULL, 1);
-    for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h))
-        fetch_below(f, front, below);
-    nmm_hand_join(h, 1);
-    for (int k = nmm_hand_take(h); k < n_turn; k = nmm_hand_take(h))
-        take_off_pivots(front, panel, x, below, k * SOME_COLUMNS,
-                        nmm_min_int((k + 1) * SOME_COLUMNS, n));
-    nmm_hand_join(h, n_turn);
-    for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h))
-        solve_backward(front, panel, x, below, 0);
-    nmm_hand_join(h, 1);
+static void share_back(const nmm_factor *f, const int *list, int n, nmm_hand *h) {
+    for (int k = nmm_hand_take(h); k < n; k = nmm_hand_take(h)) {
+        const nmm_front *front = &f->front[list[k]];
+        if (is_large(front)) fetch_below(f, front, rest_of(f, front, NULL, 1));
+        if (!is_large(front)) go_back(f, front, NULL);
+    }
+    nmm_hand_join(h, n);
+    if (!share_turns(f, list, n, true, h)) return;
+    for (int k = nmm_hand_take(h); k < n; k = nmm_hand_take(h)) {
+        const nmm_front *front = &f->front[list[k]];
+        double *x = f->x + 2 * (long)front->first, *below = rest_of(f, front, NULL, 1);
+        if (is_large(front)) solve_backward(front, f->value + front->column, x, below, 0);
+    }
+    nmm_hand_join(h, n);
 }
 
-// A front above the parts: by all threads, or by the first that comes.
-static void pass_top(const nmm_factor *f, const nmm_front *front, bool back, nmm_hand *h) {
-    if (is_large(front)) {
-        (back ? share_back : share_forward)(f, front, h);
-        return;
-    }
-    for (int k = nmm_hand_take(h); k < 1; k = nmm_hand_take(h))
-        (back ? go_back : go_forward)(f, front, NULL);
-    nmm_hand_join(h, 1);
+// The fronts of a round.
+static void pass_round(const nmm_factor *f, int round, bool back, nmm_hand *h) {
+    const int *list = f->round_front + f->round_start[round];
+    const int n = f->round_start[round + 1] - f->round_start[round];
+    (back ? share_back : share_forward)(f, list, n, h);
 }
 
 // --- All of it
@@ -196,11 +224,11 @@ static void apply_share(const nmm_factor *f, const double *r, double *z, nmm_han
             for (int i = f->part[k].first; i < f->part[k].end; i++)
                 go_forward(f, &f->front[i], &own);
         nmm_hand_join(h, f->n_part);
-        for (int k = 0; k < f->n_top; k++)
-            pass_top(f, &f->front[f->top[k]], false, h);
+        for (int round = 0; round < f->n_round; round++)
+            pass_round(f, round, false, h);
     }
-    for (int k = f->n_top - 1; k >= 0; k--)
-        pass_top(f, &f->front[f->top[k]], true, h);
+    for (int round = f->n_round - 1; round >= 0; round--)
+        pass_round(f, round, true, h);
     for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
         for (int i = f->part[k].end - 1; i >= f->part[k].first; i--)
             go_back(f, &f->front[i], &own);

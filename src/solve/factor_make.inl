@@ -401,7 +401,7 @@ static void make_share(const nmm_factor *f, const double *value, const double *r
     // A thread may be at work on a front before the last one gets there.
     for (int k = 0; k < f->n_top && !is_broken(f->team, f->front[f->top[k]].first); k++) {
         make_top(f, &f->front[f->top[k]], value, h);
-        if (r != NULL) pass_top(f, &f->front[f->top[k]], false, h);
+        if (r != NULL) share_forward(f, &f->top[k], 1, h);
     }
 }
 

@@ -44,7 +44,9 @@ static void add_candidate(cut *c, int front, double least) {
     if (c->work[front] >= least) c->candidate[c->n_candidate++] = front;
 }
 
+// -1: none is left.
 static int take_largest(cut *c) {
+    if (c->n_candidate == 0) return -1;
     int at = 0;
     for (int k = 1; k < c->n_candidate; k++)
         if (c->work[c->candidate[k]] > c->work[c->candidate[at]]) at = k;
@@ -60,23 +62,22 @@ static int open_subtrees(const nmm_factor *f, cut *c, int n_thread, double *time
         if (f->front[i].parent < 0) add_candidate(c, i, least);
     int best = 0;
     *time = f->work;
-    while (c->n_candidate > 0) {
+    for (;;) {
         const int i = take_largest(c);
         // No thread is done before the largest part is, and the last part comes late.
-        const double largest = c->work[i];
+        const double largest = i < 0 ? 0 : c->work[i];
         const double end = nmm_max(largest, c->below / n_thread + 0.1 * largest) + c->above;
         if (end < *time) {
             *time = end;
             best = c->n_opened;
         }
-        if (c->n_opened == OPENED * n_thread) break;
+        if (i < 0 || c->n_opened == OPENED * n_thread) return best;
         c->opened[c->n_opened++] = i;
         c->below -= nmm_front_work(f->front[i].n_pivot, f->front[i].n_row);
         c->above += shared_time(&f->front[i], n_thread);
         for (int k = f->front[i].child; k >= 0; k = f->front[k].sibling)
             add_candidate(c, k, least);
     }
-    return best;
 }
 
 static void measure_subtrees(const nmm_factor *f, double *work) {
@@ -141,7 +142,7 @@ static nmm_status divide(nmm_context *context, nmm_factor *f) {
     measure_subtrees(f, c.work);
     f->time = f->work;
     const int n_top = n_thread > 1 ? open_subtrees(f, &c, n_thread, &f->time) : 0;
-    TRY(nmm_grow(context, &f->top, &f->top_capacity, n_top, sizeof(int)));
+    TRY(nmm_grow(context, &f->top, &f->top_capacity, 3 * n_top + 1, sizeof(int)));
     double below = f->work;
     for (int i = 0; i < f->n_front; i++)
         f->front[i].part = 0;
@@ -151,6 +152,29 @@ static nmm_status divide(nmm_context *context, nmm_factor *f) {
     }
     const double enough = n_thread > 1 ? below / (PARTS * n_thread) : INFINITY;
     return list_parts(context, f, c.work, enough);
+}
+
+// Fronts of the top by how many of them lie below them at most: rounds.
+static void list_rounds(nmm_factor *f) {
+    int *height = f->tree;
+    f->round_front = f->top + f->n_top;
+    f->round_start = f->round_front + f->n_top;
+    f->n_round = 0;
+    for (int k = 0; k < f->n_top; k++) {
+        const nmm_front *front = &f->front[f->top[k]];
+        int *own = &height[f->top[k]];
+        *own = 0;
+        for (int c = front->child; c >= 0; c = f->front[c].sibling)
+            if (is_in_top(f, c)) *own = nmm_max_int(*own, height[c] + 1);
+        f->n_round = nmm_max_int(f->n_round, *own + 1);
+    }
+    int n = 0;
+    for (int round = 0; round < f->n_round; round++) {
+        f->round_start[round] = n;
+        for (int k = 0; k < f->n_top; k++)
+            if (height[f->top[k]] == round) f->round_front[n++] = f->top[k];
+    }
+    f->round_start[f->n_round] = n;
 }
 
 // --- The stacks
@@ -198,8 +222,8 @@ static long pile_up_part(nmm_factor *f, const nmm_factor_part *part, const unsig
     return s.most[0] + s.most[1];
 }
 
-static long pile_up_top(nmm_factor *f, const unsigned char *side, int kind) {
-    pair_of_stacks s = {.kind = kind};
+static long pile_up_top(nmm_factor *f, const unsigned char *side) {
+    pair_of_stacks s = {0};
     for (int k = 0; k < f->n_top; k++)
         pile_up(f, f->top[k], side, &s);
     for (int k = 0; k < f->n_top; k++)
@@ -233,10 +257,12 @@ static void lay_out_stacks(nmm_factor *f) {
             const long n = pile_up_part(f, &f->part[k], side, kind);
             stack->n_own = n > stack->n_own ? n : stack->n_own;
         }
-        stack->n_kept = keep_all(f, kind, pile_up_top(f, side, kind));
     }
+    f->stack[0].n_kept = keep_all(f, 0, pile_up_top(f, side));
     for (int k = 0; k < f->n_top; k++)
         f->front[f->top[k]].kept = true;
+    // Vectors are small: each front of the top has a place of its own, so that rounds can be.
+    f->stack[1].n_kept = keep_all(f, 1, 0);
 }
 
 nmm_status nmm_factor_share(nmm_context *context, nmm_factor *factor, int n_thread) {
@@ -244,6 +270,7 @@ nmm_status nmm_factor_share(nmm_context *context, nmm_factor *factor, int n_thre
     factor->n_thread = n_thread;
     const nmm_status status = divide(context, factor);
     if (status == NMM_OK) {
+        list_rounds(factor);
         lay_out_stacks(factor);
     } else {
         factor->n_thread = 0;

@@ -64,7 +64,8 @@ nmm_status nmm_costs_weigh(nmm_sim *sim, nmm_costs *costs) {
         .curved_bytes = curved_bytes(model),
         .tie_bytes = tie_bytes(sim),
         .mean_bytes = number * (3.0 * (model->order > 0 ? model->n_sample : model->n_element) +
-                                2 * n + 2.0 * model->n_support),
+                                2 * n + 2.0 * model->n_support) +
+                      (double)sizeof(nmm_free_body) * model->n_block,
         .hold_bytes = (1 + 2 * number) * n,
         .displacement_bytes = point,
         .velocity_bytes = point,

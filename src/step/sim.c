@@ -118,6 +118,9 @@ static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
 static nmm_status allocate_start(nmm_sim *sim) {
     const nmm_model *model = &sim->model;
     const size_t n = 2 * (size_t)model->n_cover;
+    if (sim->system.start_stress != NULL)
+        TRY(nmm_allocate(&sim->context, &sim->free_body, (size_t)model->n_block,
+                         sizeof *sim->free_body));
     if (sim->search != NULL) TRY(nmm_mixing_open(&sim->context, &sim->mixing, (int)n));
     TRY(nmm_allocate(&sim->context, &sim->moved, n, sizeof(double)));
     TRY(nmm_allocate(&sim->context, &sim->start_displacement, n, sizeof(double)));
@@ -166,6 +169,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_system_destroy(context, &sim->system);
     nmm_mixing_close(context, &sim->mixing);
     nmm_balance_close(context, &sim->balance);
+    nmm_release(context, &sim->free_body);
     nmm_release(context, &sim->moved);
     nmm_release(context, &sim->start_displacement);
     nmm_release(context, &sim->start_velocity);

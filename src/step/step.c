@@ -216,6 +216,7 @@ static nmm_status accept_step(nmm_sim *sim, double h) {
     // Statics have no time: the way to its end is gone in parts.
     state->time += sim->settings.is_static ? (sim->settings.end - state->time) / 8 : h;
     state->step += 1;
+    nmm_free_balance(sim, h);
     update_stress(sim);
     update_velocity(sim, h);
     if (sim->settings.is_static) {

@@ -21,9 +21,15 @@
 #define NMM_DRIFT 1e-2
 
 /// Augmented contact: part of a force that a spring may hold beside the carried force, and which
-/// may be left where raising gains nothing more. Springs are 5 times as stiff as what they hold.
-#define NMM_SPRING_SHARE 1e-4
-#define NMM_SPRING_SHARE_LEFT 1e-2
+/// may be left where neither raising nor stiffer springs gain more.
+#define NMM_SPRING_SHARE 1e-5
+#define NMM_SPRING_SHARE_LEFT 1e-3
+
+/// Augmented contact: where a round leaves more than this part of what springs held, they become
+/// stiffer by a factor, up to the last one over what they were.
+#define NMM_SPRING_GAIN 0.25
+#define NMM_SPRING_STIFFER 10.0
+#define NMM_SPRING_STIFFEST 1000.0
 
 /// Rows up to which solves know of friction: larger systems took as many passes with it as without,
 /// and more time (walls and slopes from 10^4 unknowns up).
@@ -82,6 +88,15 @@ typedef struct nmm_costs {
     double displacement_bytes, velocity_bytes, stress_bytes; // of a frame of the run file
 } nmm_costs;
 
+/// What is left of the forces on a body that nothing holds, as a whole, and what resists.
+typedef struct nmm_free_body {
+    bool free;
+    double mass, inertia; // [kg, kg m2]
+    nmm_vec2 centre;      // half way through the step
+    nmm_vec2 push;        // [N]
+    double torque;        // [N m] about the centre
+} nmm_free_body;
+
 struct nmm_sim {
     nmm_context context;
     nmm_scene scene;
@@ -103,8 +118,9 @@ struct nmm_sim {
 
     nmm_mixing mixing; // of the passes; open where there is contact
 
-    nmm_balance balance; // of the forces, block by block
-    double speed;        // [m/s] largest motion of a point in the last step
+    nmm_balance balance;      // of the forces, block by block
+    nmm_free_body *free_body; // [n_block]; NULL: the scheme does not keep momenta
+    double speed;             // [m/s] largest motion of a point in the last step
 
     // The state at the start of the step, to go back to.
     double *start_displacement, *start_velocity; // [n_cover][2]
@@ -156,6 +172,10 @@ nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
 
 /// Try one step of length h from the saved start: the open-close loop.
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome);
+
+/// A try of length h settled: moves bodies that nothing holds rigidly until no push and no torque
+/// is left on them as wholes.
+void nmm_free_balance(nmm_sim *sim, double h);
 
 /// Energies of the state as it is: sets sim->kinetic0, strain0 and the stored ones; once, at the
 /// start.

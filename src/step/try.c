@@ -18,7 +18,8 @@ typedef struct passes {
     int n, raised;
     double drift; // [m] bound of how far the covers have gone since the matrix was made anew
     double drift_allowed; // [m]
-    double give; // part of a contact force that a spring held when carried forces were raised
+    double give;    // part of a contact force that a spring held when carried forces were raised
+    double stiffer; // springs of augmented contacts over those that the try began with
     nmm_contact_verdict verdict;
     bool in_vain; // the last solve knew of friction, and the pass gained little
     int n_vain;   // passes of this kind
@@ -295,15 +296,21 @@ static double drift_allowed(const nmm_sim *sim, double h) {
 }
 
 // Raise the carried forces of augmented contacts, eq. (5.14); false when springs hold next to
-// nothing, or when raising does not make them hold less: where mesh lines cut two faces there are
-// more contacts than ways to move, and what is left is forces that do nothing together.
-static bool raise_contacts(nmm_sim *sim, double *give) {
+// nothing. Where mesh lines cut two faces there are forces that hardly do anything together, and
+// follow slowly: where a round gains little the springs become stiffer.
+static bool raise_contacts(nmm_sim *sim, passes *p) {
     if (sim->search == NULL) return false;
-    const double before = *give;
-    *give = nmm_contact_give(sim->search, &sim->model, &sim->state);
-    if (*give <= NMM_SPRING_SHARE) return false;
-    if (*give > 0.9 * before && *give <= NMM_SPRING_SHARE_LEFT) return false;
-    nmm_contact_raise(sim->search, &sim->state);
+    const double before = p->give;
+    p->give = nmm_contact_give(sim->search, &sim->model, &sim->state) / p->stiffer;
+    if (p->give <= NMM_SPRING_SHARE) return false;
+    const bool slow = p->give > NMM_SPRING_GAIN * before;
+    const bool stiffer = slow && p->stiffer < NMM_SPRING_STIFFEST;
+    if (!stiffer && p->give > 0.9 * before && p->give <= NMM_SPRING_SHARE_LEFT) return false;
+    nmm_contact_raise(sim->search, &sim->state, stiffer ? NMM_SPRING_STIFFER : 1);
+    if (!stiffer) return true;
+    p->stiffer *= NMM_SPRING_STIFFER;
+    // The matrix has the springs as they were.
+    p->drift = INFINITY;
     return true;
 }
 
@@ -368,7 +375,7 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
     if (balanced(sim, p, step->h)) {
         *outcome = NMM_TRY_SETTLED;
         const bool broke = nmm_contact_break(&sim->model, &sim->state) > 0;
-        const bool contacts = !broke && raise_contacts(sim, &p->give);
+        const bool contacts = !broke && raise_contacts(sim, p);
         const bool supports = !broke && raise_supports(sim, step);
         if (!(broke || contacts || supports)) return TRY_ENDED;
         p->raised += !broke;
@@ -519,7 +526,7 @@ static void look_again(nmm_sim *sim, passes *p, const nmm_step_state *step) {
 
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     const nmm_step_state step = {h, nmm_sim_time_after(sim, h), sim->moved};
-    passes p = {.give = INFINITY, .drift_allowed = drift_allowed(sim, h)};
+    passes p = {.give = INFINITY, .stiffer = 1, .drift_allowed = drift_allowed(sim, h)};
     sim->report.passes = 0;
     *outcome = NMM_TRY_SETTLED;
     nmm_mixing_reset(&sim->mixing);

@@ -2,14 +2,16 @@
 //
 // Springs of augmented contact. Carried forces take over what the springs hold, a share of
 // k / (k + K) at a time, where K is the stiffness of the bodies beside; so k is a multiple of that
-// at least, whatever penalty the scene gives. In short steps inertia is stiffer than any spring:
-// carried forces would follow slowly, and do work that nothing has stored. There they stay as they
-// are. Equation (5.14) of docs/theory/5-contact.md.
+// at least, whatever penalty the scene gives. It goes by the length that a contact stands for, as
+// the penalty does: else a uniform pressure would bring forces about that are far from uniform. In
+// short steps inertia is stiffer than any spring: carried forces would follow slowly, and do work
+// that nothing has stored. There they stay as they are. Equation (5.14) of
+// docs/theory/5-contact.md.
 
 #include "system.h"
 
-// Over the stiffness of the bodies beside.
-#define STIFFER 5.0
+// Stiffness per length at least, as a multiple of the modulus of a confined body over the size.
+#define LEAST 10.0
 
 // Inertia over that stiffness, up to which a step is slow.
 #define SLOW 0.01
@@ -65,10 +67,9 @@ nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nm
 }
 
 // How far a place gives under a unit force, cover by cover, if only elasticity or only inertia
-// resists [m/N]; held covers do not. And the stiffness of its covers [N/m]: what hardly moves,
-// because a held cover has most of the weight, needs no stiffer spring than that.
+// resists [m/N]; held covers do not.
 typedef struct give {
-    double elastic, inertial, stiffness;
+    double elastic, inertial;
 } give;
 
 static void add_give(const nmm_system *system, const nmm_model *model, int v, double along,
@@ -81,7 +82,6 @@ static void add_give(const nmm_system *system, const nmm_model *model, int v, do
         const double w = (1 - along) * weight[i] + along * weight[n + i];
         all->elastic += w * w / system->cover_give[2 * (long)c];
         all->inertial += w * w / system->cover_give[2 * (long)c + 1];
-        all->stiffness += system->cover_give[2 * (long)c];
     }
 }
 
@@ -95,18 +95,31 @@ static void limit_carried(nmm_contact *contact) {
     contact->carried_shear *= contact->carried_normal / carried;
 }
 
+static double confined_modulus(const nmm_system *system, const nmm_model *model, int edge) {
+    const nmm_elastic *elastic =
+        &system->elastic[model->element_material[model->edge_element[edge]]];
+    return 2 * elastic->mu + nmm_max(0, elastic->lambda);
+}
+
+static double least_stiffness(const nmm_system *system, const nmm_model *model,
+                              const nmm_contact *contact) {
+    const double a = confined_modulus(system, model, contact->vertex);
+    const double b = confined_modulus(system, model, contact->edge);
+    return LEAST * 2 * a * b / (a + b) * contact->spring_length / model->size;
+}
+
 void nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
                         double h) {
     if (system->cover_give == NULL) return;
     const double inertia = 2 / (h * h) + 2 * system->damping / h;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *contact = &state->contact[k];
-        give all = {0, 0, 0};
+        give all = {0, 0};
         add_give(system, model, contact->vertex, 0, &all);
         add_give(system, model, contact->edge, nmm_max(0, nmm_min(1, contact->anchor)), &all);
         // Between what is held there is nothing to hold.
         if (!(all.elastic > 0)) continue;
-        const double least = STIFFER * nmm_min(1 / all.elastic, all.stiffness);
+        const double least = least_stiffness(system, model, contact);
         contact->normal_stiffness = nmm_max(contact->normal_stiffness, least);
         contact->shear_stiffness = nmm_max(contact->shear_stiffness, least / 2.5);
         contact->hasty = inertia * all.elastic > SLOW * all.inertial;

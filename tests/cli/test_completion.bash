@@ -38,3 +38,4 @@ expect "--quick --quiet" nmm bench --qui
 expect "trade" nmm t
 expect "--want" nmm trade --w
 expect "penalty" nmm trade --knobs pe
+expect "order" nmm trade --knobs o

@@ -226,7 +226,7 @@ static void test_carried_over_cuts(void **unused) {
     bodies_put(&b, 1, 0, -1e-5, 0);
     bodies_evaluate(&b);
     assert_true(nmm_contact_give(b.search, &b.model, &b.state) > 1e-9);
-    nmm_contact_raise(b.search, &b.state);
+    nmm_contact_raise(b.search, &b.state, 1);
     bodies_put(&b, 1, 0, 0, 0);
     bodies_evaluate(&b);
     assert_close(bodies_force(&b, 1, 0).y, 2e5, 1e-9);

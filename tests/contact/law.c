@@ -451,7 +451,7 @@ static void test_augmented_removes_the_overlap(void **unused) {
         y += (force - 2e4) / 2e10;
         bodies_put(&b, 1, 0, y - 1e-6, 0);
         bodies_evaluate(&b);
-        nmm_contact_raise(b.search, &b.state);
+        nmm_contact_raise(b.search, &b.state, 1);
     }
     assert_near(left_foot(&b)->gap, 0, 1e-12);
     assert_close(bodies_force(&b, 1, 0).y, 2e4, 1e-6);
@@ -459,6 +459,33 @@ static void test_augmented_removes_the_overlap(void **unused) {
     nmm_contact_energy energy = {0};
     bodies_commit(&b, &energy);
     assert_near(energy.elastic, 0, 1e-12);
+    bodies_close(&b);
+}
+
+// A spring made stiffer holds until the next step; a carried force acts whatever it is then.
+static void test_raise_makes_springs_stiffer(void **unused) {
+    (void)unused;
+    bodies b = brick_on_base(1);
+    bodies_options(&b, (nmm_contact_options){.penalty = BODY_PENALTY, .augmented = true});
+    b.model.interface[0].friction = 0.5;
+    bodies_find(&b, 0.01);
+    const double stiffness = left_foot(&b)->normal_stiffness;
+    bodies_put(&b, 1, 1e-4, -1e-6, 0);
+    bodies_evaluate(&b);
+    assert_int_equal(left_foot(&b)->mode, NMM_CONTACT_SLIDE);
+    const double pressure = left_foot(&b)->normal_force;
+    nmm_contact_raise(b.search, &b.state, 10);
+    assert_close(left_foot(&b)->normal_stiffness, 10 * stiffness, 1e-15);
+    bodies_evaluate(&b);
+    assert_close(left_foot(&b)->normal_force, 11 * pressure, 1e-9);
+    const double friction = left_foot(&b)->shear_force;
+    nmm_contact_energy energy = {0};
+    bodies_commit(&b, &energy);
+    bodies_find(&b, 0.01);
+    assert_close(left_foot(&b)->normal_stiffness, stiffness, 1e-15);
+    // Slid to the limit: the same friction with the soft spring as with the stiff one.
+    nmm_contact *foot = left_foot(&b);
+    assert_close(foot->carried_shear - foot->shear_stiffness * foot->slip, friction, 1e-9);
     bodies_close(&b);
 }
 
@@ -522,6 +549,7 @@ int main(void) {
         cmocka_unit_test(test_initial_stress_is_in_balance),
         cmocka_unit_test(test_initial_tension_opens),
         cmocka_unit_test(test_augmented_removes_the_overlap),
+        cmocka_unit_test(test_raise_makes_springs_stiffer),
         cmocka_unit_test(test_force_is_the_derivative_of_the_energy),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
-"""The programs that make docs/experiments.md, docs/only.md and docs/performance.md, in short forms on
+"""The programs that make docs/experiments.md, only.md, performance.md and trade.md, in short forms on
 copies of the pages: the parts they own are written, nothing else is touched.
 
 Usage: test_pages.py PROGRAM [unittest arguments]
@@ -17,6 +17,7 @@ import unittest
 import experiments
 import pages
 import performance
+import trade
 
 PROGRAM = ""
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -28,7 +29,7 @@ class Pages(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
-        for name in ("experiments.md", "only.md", "performance.md"):
+        for name in ("experiments.md", "only.md", "performance.md", "trade.md"):
             shutil.copy(os.path.join(pages.ROOT, "docs", name), self.folder)
 
     def read(self, name):
@@ -73,11 +74,23 @@ class Pages(unittest.TestCase):
                   os.path.join(self.folder, "performance.md"))
         self.check_page("performance.md", before, ("wall",))
 
+    def test_trade(self):
+        before = self.read("trade.md")
+        self.make("trade.py", "--docs", self.folder, "--only", "cantilever")
+        self.check_page("trade.md", before, ("cantilever",))
+        # What is named reaches the error wanted.
+        body = dict(PART.findall(self.read("trade.md")))["cantilever"]
+        named = re.search(r"Named: `(.*)`", body)[1].replace("--set ", "")
+        error = re.search(rf"(?m)^\| `{re.escape(named)}` .*\| ([\d.]+) \| yes \|$", body)[1]
+        self.assertLess(float(error), 1)
+
     def test_pages_have_a_place_for_everything(self):
         parts = [set(dict(PART.findall(self.read(name)))) for name in ("experiments.md", "only.md")]
         self.assertEqual(parts[0] | parts[1], set(experiments.NAMES) | {"gpu", "machine"})
         self.assertEqual(set(dict(PART.findall(self.read("performance.md")))),
                          set(performance.PARTS) | {"machine"})
+        self.assertEqual(set(dict(PART.findall(self.read("trade.md")))),
+                         set(trade.KNOBS) | {"machine"})
 
     def test_numbers(self):
         for value, digits, text in ((None, 3, ""), (3.0, 3, "3"), (0.07063, 3, "0.0706"),

@@ -230,6 +230,21 @@ void test_system_star(nmm_context *context, test_system *system, int n_row, int 
     test_system_build(context, system, &list, n_row);
 }
 
+void test_system_lumps(nmm_context *context, test_system *system, int n_lump, int size,
+                       int n_middle) {
+    triplets list = {0};
+    const int n = n_lump * size + n_middle;
+    for (int row = 0; row < n; row++) {
+        add_both(context, &list, row, row, 10);
+        for (int col = 0; col < row; col++) {
+            const int middle = row - n_lump * size, lump = col / size;
+            const bool met = middle < 0 ? row / size == lump : middle != lump;
+            if (met) add_both(context, &list, row, col, 0.01 * ((7 * row + 13 * col) % 5 - 2));
+        }
+    }
+    test_system_build(context, system, &list, n);
+}
+
 void test_system_chain(nmm_context *context, test_system *system, int n_row, bool held) {
     triplets list = {0};
     for (int row = 0; row < n_row; row++) {

@@ -52,6 +52,10 @@ void test_system_grid(nmm_context *context, test_system *system, int n_side);
 /// Rows 0 .. n_row - 1 of 1 on the diagonal, joined by `coupling` to row `middle` alone.
 void test_system_star(nmm_context *context, test_system *system, int n_row, int middle,
                       double coupling);
+/// Lumps of `size` rows that are joined to each other, and `n_middle` rows joined to
+/// all, but each of the first ones not to one lump.
+void test_system_lumps(nmm_context *context, test_system *system, int n_lump, int size,
+                       int n_middle);
 /// Springs of stiffness 1 from row to row. The last row is free, the first held by one more, or
 /// not.
 void test_system_chain(nmm_context *context, test_system *system, int n_row, bool held);

@@ -417,6 +417,24 @@ static void test_same_bits(void **state) {
     // Large fronts that threads share, and something to share for three.
     assert_true(x.factor.n_top > 0 && x.factor.n_part > 3);
     tear_down(&x);
+    // One front, so large that threads share its columns in the solution as well.
+    set_up_random(&x, 260, 40, 17);
+    expect_same_bits(&x);
+    assert_true(x.factor.n_top > 0 && x.factor.front[x.factor.n_front - 1].n_pivot > 200);
+    tear_down(&x);
+}
+
+// Two such fronts, which do not need each other, below another one.
+static void test_same_bits_of_large_fronts(void **state) {
+    (void)state;
+    fixture x = {.context.n_thread = 1};
+    test_system_lumps(&x.context, &x.system, 3, 240, 60);
+    x.system.f[5] = 1;
+    expect_same_bits(&x);
+    share(&x, 8);
+    assert_true(x.factor.n_top > 2);
+    assert_int_equal(x.factor.round_start[1], 2);
+    tear_down(&x);
 }
 
 // Nothing joins some parts to others; a tree without branches; one with many leaves.
@@ -530,6 +548,7 @@ int main(void) {
         cmocka_unit_test(test_known),
         cmocka_unit_test(test_numbers),
         cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_same_bits_of_large_fronts),
         cmocka_unit_test(test_same_bits_of_graphs),
         cmocka_unit_test(test_same_trouble),
         cmocka_unit_test(test_same_trouble_at_the_top),

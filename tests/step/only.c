@@ -148,6 +148,7 @@ static void means_are_kept_for_newmark_only(void **unused) {
     assert_null(sim->system.start_stress);
     assert_null(sim->system.start_load);
     assert_null(sim->system.start_reaction);
+    assert_null(sim->free_body);
     assert_non_null(other->system.start_stress);
     const double more = (double)other->context.live_bytes - (double)sim->context.live_bytes;
     assert_int_equal(nmm_sim_check(sim, &check), NMM_OK);

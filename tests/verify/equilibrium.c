@@ -26,20 +26,45 @@ static void test_column(void **state) {
     rows_end();
 }
 
+static double force_on_base(const nmm_sim *sim) {
+    double sum = 0;
+    for (int k = 0; k < sim->state.n_contact; k++) {
+        const nmm_contact *contact = &sim->state.contact[k];
+        const int p = sim->model.vertex_point[contact->vertex];
+        const double y = sim->state.position[2 * p + 1] + sim->model.origin.y;
+        if (contact->mode != NMM_CONTACT_OPEN && fabs(y) < 0.1) sum += contact->normal_force;
+    }
+    return sum;
+}
+
 static void test_stack(void **state) {
     (void)state;
     run r = RUN("stack.yaml", STATIC);
     row_true("statics: stack of 5", "completed", find(&r) == NMM_END_COMPLETED);
-    double sum = 0;
-    for (int k = 0; k < r.sim->state.n_contact; k++) {
-        const nmm_contact *contact = &r.sim->state.contact[k];
-        const int p = r.sim->model.vertex_point[contact->vertex];
-        const double y = r.sim->state.position[2 * p + 1] + r.sim->model.origin.y;
-        if (contact->mode != NMM_CONTACT_OPEN && fabs(y) < 0.1) sum += contact->normal_force;
-    }
-    row_close("statics: stack of 5, force on the base", 5 * 2500 * GRAVITY, sum, 1e-6);
+    row_close("statics: stack of 5, force on the base", 5 * 2500 * GRAVITY, force_on_base(r.sim),
+              1e-6);
     row_ledger("statics: stack of 5", &r);
     run_close(&r);
+    rows_end();
+}
+
+// Augmented contact: answers that do not depend on the penalty.
+static void test_stack_penalty(void **state) {
+    (void)state;
+    const double penalty[] = {1, 10, 100, 1000};
+    double top[4];
+    for (int k = 0; k < 4; k++) {
+        run r = RUN("stack.yaml", STATIC, "contact.method=augmented",
+                    set_text("contact.penalty=%g", penalty[k]));
+        const char *name = set_text("statics: augmented stack, penalty %g E", penalty[k]);
+        row_true(name, "completed", find(&r) == NMM_END_COMPLETED);
+        row_close(set_text("%s, force on the base", name), 5 * 2500 * GRAVITY, force_on_base(r.sim),
+                  1e-6);
+        top[k] = run_monitor(&r, "top").displacement[1];
+        row_close(set_text("%s, settlement of the top over that at 1 E", name), 1, top[k] / top[0],
+                  1e-4);
+        run_close(&r);
+    }
     rows_end();
 }
 
@@ -88,9 +113,8 @@ static void test_reason(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_column),
-        cmocka_unit_test(test_stack),
-        cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_column),        cmocka_unit_test(test_stack),
+        cmocka_unit_test(test_stack_penalty), cmocka_unit_test(test_limits),
         cmocka_unit_test(test_reason),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

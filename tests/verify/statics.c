@@ -214,16 +214,12 @@ static void test_patch_penalty(void **state) {
     (void)state;
     const double penalty[] = {1, 10, 100, 1000};
     double top[4];
-    for (int k = 0; k < (run_all() ? 4 : 0); k++) {
+    for (int k = 0; k < (run_all() ? 4 : 1); k++) {
         run r = RUN("patch_contact.yaml", "contact.method=augmented",
                     set_text("contact.penalty=%g", penalty[k]));
         run_to_end(&r);
         const char *name = set_text("augmented, penalty %g E", penalty[k]);
-        if (k == 0)
-            rows_known("more contacts than ways to move: forces that do nothing together keep "
-                       "what the impact left in them");
         row_below(set_text("%s: stress from uniform", name), from_uniform(r.sim), 1e-4);
-        if (k == 1) rows_end();
         top[k] = run_monitor(&r, "top").displacement[1];
         row_close(set_text("%s: settlement of the top over that at 1 E", name), 1, top[k] / top[0],
                   1e-4);

@@ -7,23 +7,28 @@ Usage: bench.py --build FOLDER [--long] [--only SECTION]... [--system NAME]... [
 Sections, in order (--only runs some of them; results of the others stay in the build folder):
 systems   linear systems from the shipped scenes and from jointed rock of several sizes
 peers     our methods and other libraries' on each system
+long      the same for systems of 200 000 and 10^6 unknowns; only with --long
 family    the plain methods without acceleration, on small systems
+threads   a solve on one thread and on two, beside what the machine allows two threads
 sweeps    memory bandwidth of a sweep; cost of sums in a fixed order
 jacobi    Jacobi's region of convergence over dt
 contacts  numbers of contacts and penalties
 runs      the first 100 steps of each shipped scene with each choice of solver
 write     tables and pictures from all results that are there
 
---long adds the systems of 200 000 and 10^6 unknowns, which take hours.
+--long adds section long, the systems of 200 000 and 10^6 unknowns, about 20 minutes: each method in a
+process of its own, with a limit of memory and one of time.
 """
 
 import argparse
 import os
+import resource
 import subprocess
 import sys
 import time
 
 import pictures
+import results
 import tables
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -39,6 +44,14 @@ ROCKS = {"rock-200": (13.3, 11.5, 11), "rock-500": (5.6, 6.8, 8.2), "rock-1000":
          "rock-200k": (0.125, 1.1, 1.3), "rock-1M": (0.052, 0.9, 1.05)}
 LONG = ("rock-200k", "rock-1M")
 COURANTS = ("0.3", "1", "10", "1e5")
+# Near dynamics, near statics.
+LONG_COURANTS = ("1", "1e5")
+# What is sensible at these sizes, ours first; those that can use two threads are tried with both.
+LONG_METHODS = ("auto", "direct", "pcg-cluster", "pcg-body", "cholmod", "mumps", "petsc-cg-2x2",
+                "petsc-cg-icc1", "petsc-cg-icc3", "petsc-gamg", "eigen-cg-icc")
+# Seconds for a method and a system, reading and analysis included; GiB of addresses.
+LONG_SECONDS = {"rock-200k": 20, "rock-1M": 40}
+LONG_MEMORY = 20
 # Pressure waves in the rock [m/s], for the first steps, which are made with C = 1.
 WAVE_SPEED = 1549.2
 WARM_STEPS = 3
@@ -86,16 +99,13 @@ class Bench:
                  f"joint_sets[1].spacing={second * spacing}", f"time.dt={size / WAVE_SPEED}"]
         return self.dump(name, ROCK, WARM_STEPS, courant, given + list(settings))
 
-    def rocks(self):
-        return [name for name in ROCKS if self.given.long or name not in LONG]
-
     def all_systems(self):
         files = {}
         for scene, step in SCENES.items():
             if self.wanted(scene):
                 path = os.path.join(ROOT, "examples", scene, "scene.yaml")
                 files[scene] = self.dump(scene, path, step, 0)
-        for rock in self.rocks():
+        for rock in (name for name in ROCKS if name not in LONG):
             for courant in COURANTS:
                 name = f"{rock}_C{courant}"
                 if self.wanted(name):
@@ -111,7 +121,7 @@ class Bench:
         self.all_systems()
 
     def solve(self, files, *words):
-        budget = ["-b", self.given.budget, "-s", 300 if self.given.long else 5]
+        budget = ["-b", self.given.budget, "-s", 5]
         return self.call("bench_peers", *budget, "-t", "1e-6", "-t", "1e-10", *words, *files)
 
     def run_peers(self):
@@ -120,11 +130,49 @@ class Bench:
             self.keep("peers_" + name, self.solve([path], "-j", 1, "-j", 2, *without))
             print(name, flush=True)
 
+    def solve_alone(self, path, method):
+        """One method by itself: what it printed, and why it ended if that was not the last line."""
+        limit = LONG_SECONDS[os.path.basename(path).split("_")[0]]
+        command = [os.path.join(self.programs, "bench_peers"), "-b", "1", "-s", str(limit / 3),
+                   "-t", "1e-6", "-t", "1e-10", "-j", "1", "-j", "2", "-o", method, "-x", "mixed",
+                   path]
+        memory = LONG_MEMORY << 30
+        try:
+            done = subprocess.run(
+                command, stdout=subprocess.PIPE, text=True, check=False, timeout=limit,
+                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (memory, memory)))
+        except subprocess.TimeoutExpired as late:
+            return (late.stdout or b"").decode(), f"> {limit} s"
+        why = f"ended with {done.returncode}: memory?" if done.returncode != 0 else ""
+        return done.stdout, why
+
+    def run_long(self):
+        if not self.given.long:
+            return
+        for rock in LONG:
+            for courant in LONG_COURANTS:
+                name = f"{rock}_C{courant}"
+                if not self.wanted(name):
+                    continue
+                path = self.rock(name, rock, courant)
+                found = []
+                for method in LONG_METHODS:
+                    text, why = self.solve_alone(path, method)
+                    found.append(results.completed(name, method, text, why))
+                    print(found[-1], end="", flush=True)
+                self.keep("peers_" + name, "".join(found))
+
     def run_family(self):
         only = [word for name in PLAIN for word in ("-o", name)]
         files = [self.rock(f"{rock}_C{courant}", rock, courant)
                  for rock in ("rock-200", "rock-2200") for courant in ("0.3", "1", "10")]
         self.keep("family", self.solve(files, "-r", 3, *only))
+
+    def run_threads(self):
+        rocks = ["rock-20k", "rock-200k"] + (["rock-1M"] if self.given.long else [])
+        files = [self.rock(f"{rock}_C{courant}", rock, courant)
+                 for rock in rocks for courant in ("1", "1e5")]
+        self.keep("threads", self.call("bench_sweeps", "threads", *files))
 
     def run_sweeps(self):
         sizes = ["rock-2200", "rock-20k", "rock-200k"] + (["rock-1M"] if self.given.long else [])
@@ -165,14 +213,14 @@ class Bench:
         pictures.draw(self.results, os.path.join(docs, "pictures"))
 
 
-SECTIONS = ("systems", "peers", "family", "sweeps", "jacobi", "contacts", "runs", "write")
+SECTIONS = ("systems", "peers", "long", "family", "threads", "sweeps", "jacobi", "contacts", "runs", "write")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", required=True, help="folder of the build, and of the results")
-    parser.add_argument("--long", action="store_true", help="systems of 200 000 and 10^6, too")
+    parser.add_argument("--long", action="store_true", help="section long, too")
     parser.add_argument("--only", action="append", choices=SECTIONS, default=[])
     parser.add_argument("--system", action="append", default=[],
                         help="only systems whose name contains this")

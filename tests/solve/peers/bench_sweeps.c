@@ -5,6 +5,8 @@
 // bench_sweeps bandwidth FILE...   bytes of a damped Jacobi sweep over its time, beside a stream
 //                                  triad over as many bytes, on 1 and 2 threads
 // bench_sweeps jacobi FILE...      sweeps of plain and damped Jacobi to 1e-6, and lambda_max
+// bench_sweeps threads FILE...     a solve on one thread, on two, and two solves at once that have
+//                                  nothing to do with each other, which is what the machine allows
 // bench_sweeps sums FILE...        a sum in fixed chunks beside OpenMP's own, and beside one
 //                                  iteration of pcg, which has two sums
 
@@ -201,17 +203,107 @@ static void sums(const bench_system *s, const char *path) {
     close_ours(&o);
 }
 
+// --- Two threads
+
+// Solves that a solver needs until it has learned what is fast, and rounds after them; at least,
+// where they take long.
+#define LEARNED 12
+#define LEARNED_AT_LEAST 4
+#define TURNS 15
+#define TURNS_AT_LEAST 3
+#define LONG_TURNS 4.0 // s
+
+// Conjugate gradients alone are for steps up to this Courant number.
+#define DYNAMIC 10
+
+static nmm_solve_options options_for(const bench_system *s, nmm_solve_method method, int n_thread) {
+    nmm_solve_options options = nmm_default_solve_options();
+    options.method = method;
+    options.blocks = method == NMM_SOLVE_PCG ? NMM_BLOCKS_CLUSTER : NMM_BLOCKS_AUTO;
+    options.tolerance = 1e-6;
+    options.n_thread = n_thread;
+    options.place = s->place;
+    options.body = s->body;
+    return options;
+}
+
+// Seconds of a solve in a pattern that is known.
+static double solve_again(ours *o, const nmm_solve_options *options, nmm_solve_report *report) {
+    memset(o->u, 0, 2 * (size_t)o->K.n_row * sizeof *o->u);
+    const double start = nmm_clock();
+    must(&o->context,
+         nmm_solve_host()->solve(&o->context, o->solver, &o->K, o->f, o->u, true, options, report));
+    return nmm_clock() - start;
+}
+
+// Seconds until both are done.
+static double solve_both(ours pair[2], const nmm_solve_options *options) {
+    const double start = nmm_clock();
+#pragma omp parallel for num_threads(2) schedule(static)
+    for (int k = 0; k < 2; k++) {
+        nmm_solve_report report;
+        solve_again(&pair[k], options, &report);
+    }
+    return nmm_clock() - start;
+}
+
+// As many as fit into the time, within limits.
+static int affordable(double seconds, int least, int most) {
+    return nmm_max_int(least, (int)nmm_min(LONG_TURNS / seconds, most));
+}
+
+// Solvers that have learned what they can; seconds of a solve on one thread.
+static double open_three(ours o[3], const bench_system *s, const nmm_solve_options *one,
+                         const nmm_solve_options *two) {
+    nmm_solve_report report;
+    double seconds = 0;
+    for (int k = 0; k < 3; k++) {
+        open_ours(&o[k], s);
+        solve_once(&o[k], k < 2 ? one : two, &report);
+        const int n = k == 0 ? LEARNED_AT_LEAST : affordable(seconds, LEARNED_AT_LEAST, LEARNED);
+        for (int i = 0; i < n; i++)
+            seconds = solve_again(&o[k], k < 2 ? one : two, &report);
+    }
+    return seconds;
+}
+
+static void threads_of(const bench_system *s, const char *path, nmm_solve_method method) {
+    const nmm_solve_options one = options_for(s, method, 1), two = options_for(s, method, 2);
+    nmm_solve_report report;
+    ours o[3];
+    double alone[TURNS], shared[TURNS], both[TURNS];
+    const int n = affordable(open_three(o, s, &one, &two), TURNS_AT_LEAST, TURNS);
+    for (int k = 0; k < n; k++) {
+        alone[k] = solve_again(&o[0], &one, &report);
+        both[k] = solve_both(o, &one);
+        shared[k] = solve_again(&o[2], &two, &report);
+    }
+    const double t1 = median(alone, n), t2 = median(shared, n);
+    printf("threads\t%s\t%d\t%.3g\t%s\t%s\t%.5g\t%.5g\t%.3g\t%.3g\n", path, 2 * s->n_row,
+           s->courant, nmm_solve_method_name(method), nmm_solve_method_name(report.method),
+           1e3 * t1, 1e3 * t2, t1 / t2, 2 * t1 / median(both, n));
+    fflush(stdout);
+    for (int k = 0; k < 3; k++)
+        close_ours(&o[k]);
+}
+
+static void threads(const bench_system *s, const char *path) {
+    threads_of(s, path, NMM_SOLVE_AUTO);
+    threads_of(s, path, NMM_SOLVE_DIRECT);
+    if (s->courant <= DYNAMIC) threads_of(s, path, NMM_SOLVE_PCG);
+}
+
 int main(int argc, char **argv) {
     static const struct {
         const char *name;
         void (*run)(const bench_system *system, const char *path);
-    } part[] = {{"bandwidth", bandwidth}, {"jacobi", jacobi}, {"sums", sums}};
+    } part[] = {{"bandwidth", bandwidth}, {"jacobi", jacobi}, {"threads", threads}, {"sums", sums}};
     void (*run)(const bench_system *system, const char *path) = NULL;
     for (size_t k = 0; argc > 2 && k < sizeof part / sizeof *part; k++) {
         if (strcmp(argv[1], part[k].name) == 0) run = part[k].run;
     }
     if (run == NULL) {
-        fprintf(stderr, "usage: bench_sweeps bandwidth|jacobi|sums FILE...\n");
+        fprintf(stderr, "usage: bench_sweeps bandwidth|jacobi|threads|sums FILE...\n");
         return 2;
     }
     for (int k = 2; k < argc; k++) {

@@ -29,7 +29,7 @@ class Group:
 
     def __init__(self, cells):
         self.cells = cells
-        first = cells[0]
+        first = next((c for c in cells if c.order is not None), cells[0])
         self.system, self.order, self.courant = first.system, first.order, first.courant
         self.contacts, self.closed, self.tolerance = first.contacts, first.closed, first.tolerance
 
@@ -38,6 +38,15 @@ class Group:
             if cell.method == method and cell.threads == threads and cell.ms is not None:
                 return cell
         return None
+
+    def why_not(self, method):
+        """Why there is no time, in a word or two: for a method that ran by itself."""
+        notes = [c.note for c in self.cells if c.method == method and c.ms is None]
+        note = notes[0] if notes else ""
+        late = re.match(r"(?:> |left out: took )(\d+) s", note)
+        if late:
+            return f"> {late.group(1)} s"
+        return "memory" if "memory" in note else "-"
 
     def best(self, family, threads=1):
         """The fastest of a family on at most so many threads; auto is not one of ours here."""
@@ -54,6 +63,20 @@ def lines(folder, name):
         return [line.rstrip("\n") for line in file]
 
 
+def completed(system, method, text, why):
+    """What a program printed before its end, with a line for each tolerance that it did not reach."""
+    printed = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
+    if not why:
+        return "".join(printed)
+    cells = [Cell(line.rstrip("\n")) for line in printed]
+    for tolerance in ("1e-06", "1e-10"):
+        if not any(c.tolerance == tolerance and c.threads == 1 for c in cells):
+            words = [system, "-", "-", "-", "-", "-", "-", tolerance, "1", method, "-", "-", "-", "-",
+                     "-", why]
+            printed.append("\t".join(words) + "\n")
+    return "".join(printed)
+
+
 def groups(folder, pattern):
     """Groups of all results files that match, small systems first."""
     found = {}
@@ -61,7 +84,7 @@ def groups(folder, pattern):
         for line in lines(folder, os.path.basename(path)[:-4]):
             cell = Cell(line)
             found.setdefault((cell.system, cell.tolerance), []).append(cell)
-    made = [Group(cells) for cells in found.values()]
+    made = [g for g in map(Group, found.values()) if g.order is not None]
     generated = re.compile("rock-")
     return sorted(made, key=lambda g: (generated.match(g.system) is None, g.order, g.courant,
                                        g.tolerance == "1e-10"))

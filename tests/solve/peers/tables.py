@@ -28,6 +28,11 @@ def time_of(cell):
     return short(cell.ms) if cell else "-"
 
 
+def time_or_reason(group, method):
+    cell = group.get(method)
+    return short(cell.ms) if cell else group.why_not(method)
+
+
 def named(cell):
     return f"{short(cell.ms)} {cell.method}" if cell else "-"
 
@@ -79,7 +84,7 @@ def against_peers(tolerance):
 
 def all_peers(tolerance):
     def make(folder):
-        rows = [place(g) + [time_of(g.get("auto"))] + [time_of(g.get(p)) for p in PEERS]
+        rows = [place(g) + [time_of(g.get("auto"))] + [time_or_reason(g, p) for p in PEERS]
                 for g in groups(folder, "peers_*") if g.tolerance == tolerance]
         return table(["system", "unknowns", "C", "auto", *PEERS], rows)
     return make
@@ -129,6 +134,16 @@ def threads(folder):
         rows.append(row)
     return table(["system", "unknowns", "C", "auto, 1 thread ms", "auto, 2 threads ms"] +
                  [f"{m}: 1 over 2" for m in methods], rows)
+
+
+def scaling(folder):
+    rows = []
+    for line in lines(folder, "threads"):
+        _, path, order, courant, asked, took, one, two, gained, allowed = line.split("\t")
+        rows.append([re.sub(".*/|_C.*", "", path), order, courant, asked, took, short(float(one)),
+                     short(float(two)), f"{float(gained):.2f}", f"{float(allowed):.2f}"])
+    return table(["system", "unknowns", "C", "asked for", "took", "1 thread ms", "2 threads ms",
+                  "1 over 2", "two solves at once"], rows)
 
 
 def bandwidth(folder):
@@ -235,7 +250,7 @@ TABLES = {
     "machine": machine, "verdict": verdict,
     "peers 1e-6": against_peers("1e-06"), "peers 1e-10": against_peers("1e-10"),
     "all 1e-6": all_peers("1e-06"), "all 1e-10": all_peers("1e-10"),
-    "threads": threads, "bandwidth": bandwidth, "jacobi": jacobi,
+    "threads": threads, "scaling": scaling, "bandwidth": bandwidth, "jacobi": jacobi,
     "iterations 1e-6": iterations("1e-06"), "iterations 1e-10": iterations("1e-10"),
     "family": family, "contacts": contacts("contacts", "spacing of joints"),
     "penalty": contacts("penalty", "penalty"), "sums": sums, "mixed": mixed, "runs": runs,
