@@ -38,13 +38,13 @@ static int owner_of(int n, const double *height, bool upwards, int lower) {
     return owner;
 }
 
-// Of the smaller block, of equal ones that nearer to the middle of all.
+// Of the block on the side of the middle of all.
 static void test_owner_of_corners(void **unused) {
     (void)unused;
     const double two[][2] = {{1, 2}, {2, 1}, {1, 1.001}}, three[3] = {1, 1, 1};
     for (int upwards = 0; upwards < 2; upwards++) {
         for (int k = 0; k < 3; k++)
-            assert_int_equal(owner_of(2, two[k], upwards, 0), two[k][0] < two[k][1] ? 0 : 1);
+            assert_int_equal(owner_of(2, two[k], upwards, 0), two[k][0] < two[k][1] ? 1 : 0);
         assert_int_equal(owner_of(3, three, upwards, 0), 1);
         assert_int_equal(owner_of(3, three, upwards, 1), 1);
     }

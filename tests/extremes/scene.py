@@ -37,7 +37,6 @@ class Result(dict):
         self.messages = messages
         self.largest_energy = 0.0  # of any term of the ledger, at any step
         self.most_gained = 0.0  # energy that came from nowhere, at any step
-        self.most_in_contact = 0.0  # energy of contact springs, at any step
         self.places = numpy.zeros((0, 2))  # of the corners of all elements, at the start
 
     @property
@@ -68,14 +67,12 @@ class Result(dict):
             raise Fault("a number in the ledger is not finite")
         terms = data[:, [names.index(name) for name in TERMS]]
         self.largest_energy = float(numpy.abs(terms).max(initial=self.largest_energy))
-        self.most_in_contact = float(numpy.abs(data[:, names.index("contact")]).max(initial=0))
         self.most_gained = float(-data[:, names.index("numerical")].min(initial=0))
 
     def check(self, ledger, floor, force):
         """What must hold for every run that has results."""
         residual = abs(self["energy"]["residual"])
-        way = max((abs(x) for x in numbers_of(self, "displacement")), default=0)
-        if residual > max(ledger * self.largest_energy, floor, force * way):
+        if residual > max(ledger * self.largest_energy, floor, force * way_of(self)):
             raise Fault(f"ledger: residual {residual:.3g} of {self.largest_energy:.3g} J")
         if (self.status == 0) != (self["end"] == "completed"):
             raise Fault(f"status {self.status}, but the end is {self['end']}")
@@ -162,6 +159,11 @@ def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor
 def numbers_of(result, kind):
     """All numbers of all monitors, in the order of their names."""
     return [x for name in sorted(result["monitors"]) for x in result["monitors"][name][kind]]
+
+
+def way_of(result):
+    """Largest displacement of a monitor."""
+    return max((abs(x) for x in numbers_of(result, "displacement")), default=0)
 
 
 def distance(a, b):
