@@ -191,13 +191,15 @@ static const nmm_edge_line *line_before(const nmm_narrowing *now, int vertex) {
 }
 
 // Both edges at the vertex lie in front of the line of e, and none is parallel to it; *share is how
-// far they are.
+// far they are. Where both run the same way as e the vertex is one of a side that is flush with it,
+// and its block beside that of e, not in front.
 static bool admissible(const nmm_narrowing *now, int vertex, const nmm_edge_line *e,
                        double *share) {
     const nmm_edge_line *out = line_of(now, vertex), *in = line_before(now, vertex);
     if (nmm_vec2_dot(out->t, e->n) < -NMM_SLANTED || nmm_vec2_dot(in->t, e->n) > NMM_SLANTED) {
         return false;
     }
+    if (nmm_vec2_dot(out->t, e->t) > 0 && nmm_vec2_dot(in->t, e->t) > 0) return false;
     *share = nmm_max(share_parallel(out, e), share_parallel(in, e));
     return *share < 1;
 }
