@@ -5,6 +5,7 @@
 Usage: test_cli.py PROGRAM [unittest arguments]
 """
 
+import importlib.util
 import json
 import math
 import os
@@ -530,6 +531,23 @@ class Readme(Case):
         benches = re.findall(r"`(\w+)`", self.shown("| `nmm bench NAME` |").split("\n")[0])
         told = self.expect(0, "bench", "--help")[0].split("Each prints")[0]
         self.assertEqual(set(benches), set(re.findall(r"(?m)^  (\w+) ", told)))
+
+    @unittest.skipUnless(importlib.util.find_spec("h5py"), "needs h5py")
+    def test_lines_of_python(self):
+        """Those of docs/output.md, on a run with contacts."""
+        with open(os.path.join(ROOT, "docs", "output.md"), encoding="utf-8") as file:
+            lines = file.read().split("```python\n")[1].split("```")[0]
+        self.write("block.yaml", self.shown("```yaml\n").replace("end: 1.0", "end: 0.04"))
+        self.expect(0, "run", "block.yaml", "-o", "slope.vtkhdf")
+        self.write("lines.py", lines + "\n".join((
+            "", "assert len(times) == 3 and abs(times[-1] - 0.04) < 1e-9",
+            "assert u.shape == (n, 3) and stress.shape == (m, 6)",
+            "assert abs(u).max() > 1e-3 and abs(stress).max() > 1",
+            "assert len(force) == len(closed) and closed.any()",
+            "assert len(names) == 20 and names[0] == 'step'")))
+        done = subprocess.run([sys.executable, "lines.py"], cwd=self.folder, capture_output=True,
+                              text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
 
     @unittest.skipUnless(shutil.which("cc"), "needs a C compiler")
     def test_lines_of_c(self):

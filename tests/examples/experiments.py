@@ -15,9 +15,8 @@ import os
 import shutil
 import subprocess
 import tempfile
-import time
 
-from pages import ROOT, machine, minutes, number, percent, table, write_part
+from pages import ROOT, make_parts, number, percent, table, tell_machine, write_part
 
 NAMES = ("table1", "fig6", "fig7", "contact", "wall", "growth", "only")
 
@@ -165,22 +164,14 @@ def main():
     program = os.path.abspath(given.nmm)
     page = os.path.join(given.docs, "experiments.md")
     os.makedirs(os.path.join(given.docs, "pictures"), exist_ok=True)
-    took = {}
     with tempfile.TemporaryDirectory() as folder:
-        for name in given.only or NAMES:
-            print(f"{name} ...", end=" ", flush=True)
-            start = time.monotonic()
-            result = measure(program, name, given.quick, folder)
-            took[name] = time.monotonic() - start
-            print(minutes(took[name]), flush=True)
-            write_result(given.docs, name, result, folder)
-    print(f"all: {minutes(sum(took.values()))}")
+        def make(name):
+            write_result(given.docs, name, measure(program, name, given.quick, folder), folder)
+        took = make_parts(given.only or NAMES, make)
     write_part(page, "gpu", show_gpu(page))
     # Where a part was measured alone, the others may be another machine's.
     if not given.only:
-        parts = ", ".join(f"{name} {minutes(seconds)}" for name, seconds in took.items())
-        write_part(page, "machine", f"{machine(program)}\nMeasured in {minutes(sum(took.values()))}: "
-                                    f"{parts}.")
+        tell_machine(page, program, took)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import os
 import platform
 import re
 import subprocess
+import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
@@ -66,3 +67,23 @@ def write_part(page, name, body):
         text = replace_part(file.read(), name, body)
     with open(page, "w", encoding="utf-8") as file:
         file.write(text)
+
+
+def make_parts(parts, make):
+    """make(part) for each; says how long each and all took. Returns seconds by part."""
+    took = {}
+    for part in parts:
+        print(f"{part} ...", end=" ", flush=True)
+        start = time.monotonic()
+        make(part)
+        took[part] = time.monotonic() - start
+        print(minutes(took[part]), flush=True)
+    print(f"all: {minutes(sum(took.values()))}")
+    return took
+
+
+def tell_machine(page, program, took):
+    """The part `machine` of a page that was made anew as a whole."""
+    parts = ", ".join(f"{part} {minutes(seconds)}" for part, seconds in took.items())
+    write_part(page, "machine", f"{machine(program)}\nMeasured in {minutes(sum(took.values()))}: "
+                                f"{parts}.")

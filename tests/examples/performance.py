@@ -23,9 +23,8 @@ import shutil
 import statistics
 import subprocess
 import tempfile
-import time
 
-from pages import ROOT, machine, minutes, percent, table, write_part
+from pages import ROOT, make_parts, percent, table, tell_machine, write_part
 
 EXAMPLES = os.path.join(ROOT, "examples")
 NAMES = ("incline", "strut", "slope", "beam", "arch", "wall", "dam")
@@ -228,21 +227,13 @@ def main():
     given.nmm = os.path.abspath(given.nmm)
     given.build = os.path.dirname(given.nmm)
     given.threads = [int(n) for n in given.threads.split(",")]
-    took, parts = 0, given.part or list(PARTS)
+    parts = given.part or list(PARTS)
     if "profile" in parts and not shutil.which("perf"):
         print("profile: left as it is, perf is not here")
         parts.remove("profile")
-    for part in parts:
-        print(f"{part} ...", end=" ", flush=True)
-        start = time.monotonic()
-        body = PARTS[part](given)
-        seconds = time.monotonic() - start
-        took += seconds
-        print(minutes(seconds), flush=True)
-        write_part(given.page, part, body)
-    print(f"all: {minutes(took)}")
+    took = make_parts(parts, lambda part: write_part(given.page, part, PARTS[part](given)))
     if not given.part:
-        write_part(given.page, "machine", f"{machine(given.nmm)}\nMeasured in {minutes(took)}.")
+        tell_machine(given.page, given.nmm, took)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ copies of the pages: the parts they own are written, nothing else is touched.
 Usage: test_pages.py PROGRAM [unittest arguments]
 """
 
+import json
 import os
 import re
 import shutil
@@ -84,13 +85,51 @@ class Pages(unittest.TestCase):
         error = re.search(rf"(?m)^\| `{re.escape(named)}` .*\| ([\d.]+) \| yes \|$", body)[1]
         self.assertLess(float(error), 1)
 
+    def test_orders_at_equal_error(self):
+        before = self.read("trade.md")
+        self.make("trade.py", "--docs", self.folder, "--only", "orders_cantilever")
+        self.check_page("trade.md", before, ("orders_cantilever",))
+        row = lambda error, time: {"end": "completed", "error": error, "seconds": time, "unknowns": 8}
+        rows = [row(2, 0.1), row(0.9, 0.7), row(0.5, 0.5), {"end": "took longer", "error": None}]
+        self.assertEqual(trade.quickest(rows, 1), ["8", "0.5"])
+        self.assertEqual(trade.quickest(rows, 0.1), ["", ""])
+
     def test_pages_have_a_place_for_everything(self):
         parts = [set(dict(PART.findall(self.read(name)))) for name in ("experiments.md", "only.md")]
         self.assertEqual(parts[0] | parts[1], set(experiments.NAMES) | {"gpu", "machine"})
         self.assertEqual(set(dict(PART.findall(self.read("performance.md")))),
                          set(performance.PARTS) | {"machine"})
         self.assertEqual(set(dict(PART.findall(self.read("trade.md")))),
-                         set(trade.KNOBS) | {"machine"})
+                         set(trade.PARTS) | {"machine"})
+
+    def test_what_a_gpu_measured_is_shown(self):
+        page = os.path.join(self.folder, "experiments.md")
+        self.assertEqual(experiments.show_gpu(page), "Not run on a GPU.")
+        head = ("scene,times,order,device,threads,method,sor_ms,serial_ms,ms,speedup_over_sor,"
+                "speedup_over_serial,sor_iterations,iterations,end\n")
+        host = "slope,1,770,A processor,1,direct,12,1,1,12,1,2000,1,converged\n"
+        there = "slope,1,770,A GPU,,pcg cluster,12,1,0.5,24,2,2000,40,converged\n"
+        for rows, shown in ((host, False), (host + there, True)):
+            with open(os.path.join(self.folder, "experiments-gpu.csv"), "w", encoding="utf-8") as file:
+                file.write(head + rows)
+            text = experiments.show_gpu(page)
+            self.assertEqual("| A GPU | slope | 770 | pcg cluster | 40 | 12 | 1 | 0.5 | 24 | 2 |" in text,
+                             shown)
+            self.assertNotIn("A processor |", text)
+
+    def test_list_of_the_papers_scenes(self):
+        """Blocks and unknowns of each, as `nmm check` counts them."""
+        folder = os.path.join(pages.ROOT, "examples", "paper")
+        with open(os.path.join(folder, "README.md"), encoding="utf-8") as file:
+            rows = re.findall(r"(?m)^\| \[.*\]\((\w+)/README.md\) \| (\d+) \| (\d+) \|", file.read())
+        self.assertEqual({name for name, _, _ in rows},
+                         {name for name in os.listdir(folder) if not name.endswith(".md")})
+        self.assertEqual(len(rows), 15)
+        for name, *numbers in rows:
+            done = subprocess.run([PROGRAM, "check", os.path.join(folder, name, "scene.yaml"),
+                                   "--json"], capture_output=True, text=True, check=True)
+            found = json.loads(done.stdout)
+            self.assertEqual([str(found["blocks"]), str(found["unknowns"])], numbers, name)
 
     def test_numbers(self):
         for value, digits, text in ((None, 3, ""), (3.0, 3, "3"), (0.07063, 3, "0.0706"),
