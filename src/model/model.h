@@ -200,6 +200,16 @@ static inline int nmm_local_of(int order) {
     return (order + 2) * (order + 3) / 2;
 }
 
+/// Do two elements have all covers in common? They are of one cell: pieces of a triangle that a
+/// border of materials or of regions has cut.
+static inline bool nmm_same_covers(const nmm_model *model, int e, int f) {
+    const int m = model->n_local;
+    for (int i = 0; i < m; i++)
+        if (model->element_cover[m * (long)e + i] != model->element_cover[m * (long)f + i])
+            return false;
+    return true;
+}
+
 /// The linear functions of element `e` at the reference place X (model coordinates).
 void nmm_element_linear(const nmm_model *model, int e, nmm_vec2 place, double linear[3]);
 

@@ -80,7 +80,8 @@ void nmm_static_judge(nmm_sim *sim, double h) {
     // Where nothing moves any more, what is left of inertia is rounding.
     const bool at_rest = h >= sim->settings.dt_max &&
                          sim->report.move * sim->allowed_now <= 1e-13 * sim->model.height;
-    if (excess <= 1 || at_rest) {
+    // Supports that still give way are raised further in the next step.
+    if ((excess <= 1 || at_rest) && !sim->gave_way) {
         sim->state.time = sim->report.time = sim->settings.end;
         end_with(sim, NMM_END_COMPLETED);
         return;
@@ -91,9 +92,13 @@ void nmm_static_judge(nmm_sim *sim, double h) {
         say_free(sim, block, way, share);
         end_with(sim, NMM_END_NO_EQUILIBRIUM);
     } else if (sim->state.step >= MOST_STEPS) {
-        snprintf(sim->report.reason, sizeof sim->report.reason,
-                 "after %ld steps forces of %.2g times those that act are still not balanced",
-                 sim->state.step, share);
+        if (sim->gave_way)
+            snprintf(sim->report.reason, sizeof sim->report.reason,
+                     "after %ld steps supports still give way", sim->state.step);
+        else
+            snprintf(sim->report.reason, sizeof sim->report.reason,
+                     "after %ld steps forces of %.2g times those that act are still not balanced",
+                     sim->state.step, share);
         end_with(sim, NMM_END_NO_EQUILIBRIUM);
     }
 }

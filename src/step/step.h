@@ -32,6 +32,9 @@
 #define NMM_SPRING_STIFFER 10.0
 #define NMM_SPRING_STIFFEST 1000.0
 
+/// Part of the force of a group of supports that their springs may hold beside the carried force.
+#define NMM_SUPPORT_SHARE 1e-3
+
 /// Rows up to which solves know of friction: larger systems took as many passes with it as without,
 /// and more time (walls and slopes from 10^4 unknowns up).
 #define NMM_COUPLED_ROWS 6500
@@ -93,6 +96,12 @@ typedef struct nmm_costs {
     double displacement_bytes, velocity_bytes, stress_bytes; // of a frame of the run file
 } nmm_costs;
 
+/// Supports that are raised together.
+typedef struct nmm_support_sums {
+    double error[2], length; // mean distance from their place, boundary length [m]
+    double stiffness, force; // [N/m, N] of all, forces before they cancel
+} nmm_support_sums;
+
 /// What is left of the forces on a body that nothing holds, as a whole, and what resists.
 typedef struct nmm_free_body {
     bool free;
@@ -133,7 +142,8 @@ struct nmm_sim {
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
     nmm_contact *start_contact;
-    double (*group_error)[3]; // [n_support_group] x, y [m], length; scratch
+    nmm_support_sums *group; // [n_support_group] scratch
+    bool gave_way;           // supports have not come to rest in the last try
     int start_capacity;
 
     // Stored energies at the last accepted state [J].

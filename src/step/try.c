@@ -249,24 +249,45 @@ static bool stagnates(const double *unbalance_of, int n) {
     return n >= 16 && !(last < 0.5 * before);
 }
 
-// Mean distance of each group of supports from its place, weighted by length.
-static void group_errors(nmm_sim *sim, double end) {
+static double larger(const double v[2]) {
+    return nmm_max(fabs(v[0]), fabs(v[1]));
+}
+
+// Mean distance of each group of supports from its place, weighted by length; its stiffness and the
+// forces it bears. Returns the largest of these.
+static double measure_groups(nmm_sim *sim, double end) {
     const nmm_model *model = &sim->model;
-    double(*sum)[3] = sim->group_error;
-    if (model->n_support_group == 0) return;
-    memset(sum, 0, (size_t)model->n_support_group * sizeof *sum);
+    nmm_support_sums *group = sim->group;
+    double largest = 0;
+    if (model->n_support_group == 0) return 0;
+    memset(group, 0, (size_t)model->n_support_group * sizeof *group);
     for (int s = 0; s < model->n_support; s++) {
         const nmm_support *support = &model->support[s];
         if (support->group < 0) continue;
+        nmm_support_sums *sum = &group[support->group];
         const nmm_vec2 error = nmm_support_error(model, &sim->state, s, end);
-        sum[support->group][0] += support->length * error.x;
-        sum[support->group][1] += support->length * error.y;
-        sum[support->group][2] += support->length;
+        const nmm_vec2 force = nmm_support_reaction(model, &sim->state, s, error);
+        sum->error[0] += support->length * error.x;
+        sum->error[1] += support->length * error.y;
+        sum->length += support->length;
+        sum->stiffness += support->stiffness;
+        sum->force += nmm_max(fabs(force.x), fabs(force.y));
     }
     for (int g = 0; g < model->n_support_group; g++) {
-        sum[g][0] /= sum[g][2];
-        sum[g][1] /= sum[g][2];
+        group[g].error[0] /= group[g].length;
+        group[g].error[1] /= group[g].length;
+        largest = nmm_max(largest, group[g].force);
     }
+    return largest;
+}
+
+// Is the mean distance small, next to the scene and to what the springs would give under the whole
+// force? Groups that bear next to nothing count as bearing a thousandth of the largest force.
+static bool stands(const nmm_sim *sim, const nmm_support_sums *group, double largest) {
+    const double error = larger(group->error), height = sim->model.height;
+    if (error > 0.1 * sim->settings.tolerance * height) return false;
+    const double force = nmm_max(group->force, 1e-3 * largest);
+    return error <= 1e-14 * height || group->stiffness * error <= NMM_SUPPORT_SHARE * force;
 }
 
 // Youngs modulus over density, the square of a wave's speed, [m2/s2]: smallest and largest.
@@ -319,16 +340,14 @@ static bool raise_contacts(nmm_sim *sim, passes *p) {
 
 // Raise the carried forces of supports, eq. (4.7); false when none gave way.
 static bool raise_supports(nmm_sim *sim, const nmm_step_state *step) {
-    const double allowed = 0.1 * sim->settings.tolerance * sim->model.height;
     bool raised = false;
     const bool stressed = sim->state.step == 0 && sim->scene.initial.kind != NMM_INITIAL_NONE;
     if (!stressed && !is_slow(sim, step->h)) return false;
-    group_errors(sim, step->end);
+    const double largest = measure_groups(sim, step->end);
     for (int s = 0; s < sim->model.n_support; s++) {
         const nmm_support *support = &sim->model.support[s];
-        if (support->group < 0) continue;
-        const double *error = sim->group_error[support->group];
-        if (fabs(error[0]) <= allowed && fabs(error[1]) <= allowed) continue;
+        if (support->group < 0 || stands(sim, &sim->group[support->group], largest)) continue;
+        const double *error = sim->group[support->group].error;
         sim->state.support_force[2 * s] -= support->stiffness * error[0];
         sim->state.support_force[2 * s + 1] -= support->stiffness * error[1];
         raised = true;
@@ -383,9 +402,10 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
         if (!(broke || contacts || supports)) return TRY_ENDED;
         p->raised += !broke;
         if (p->raised > NMM_MAX_RAISE) {
-            // Forces balance, but overlaps are larger than allowed; a shorter step may do. The give
-            // of supports is told in the summary: a shorter step would only let them go.
+            // Forces balance, but overlaps are larger than allowed; a shorter step may do. It would
+            // only let supports go: they are raised further in the next step.
             say_why(sim, &p->verdict, "carried forces have not come to rest");
+            sim->gave_way = supports;
             if (contacts) *outcome = NMM_TRY_CARRIED;
             return TRY_ENDED;
         }
@@ -531,6 +551,7 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     const nmm_step_state step = {h, nmm_sim_time_after(sim, h), sim->moved};
     passes p = {.give = INFINITY, .stiffer = 1, .drift_allowed = drift_allowed(sim, h)};
     sim->report.passes = 0;
+    sim->gave_way = false;
     *outcome = NMM_TRY_SETTLED;
     nmm_mixing_reset(&sim->mixing);
     restore_start(sim);

@@ -420,6 +420,28 @@ static void test_initial_stress_is_in_balance(void **unused) {
     bodies_close(&b);
 }
 
+// A joint that cannot hold the initial shear holds what it can from the start: nothing has slid, so
+// no work was done.
+static void test_initial_shear_beyond_friction(void **unused) {
+    (void)unused;
+    bodies b = {0};
+    const loop loops[2] = {{0, 4, bonded_base}, {1, 4, brick}};
+    assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+    bodies_join(&b, 0);
+    for (int e = 0; e < 2; e++) {
+        b.state.initial_stress[3 * e + 1] = -1e5;
+        b.state.initial_stress[3 * e + 2] = 8e4;
+    }
+    nmm_contact_energy energy = {0};
+    bodies_find(&b, 0.01);
+    bodies_evaluate(&b);
+    bodies_commit(&b, &energy);
+    assert_close(bodies_force(&b, 1, 0).x, -0.5 * 1e5 * 2, 1e-9);
+    assert_close(bodies_force(&b, 1, 0).y, 1e5 * 2, 1e-9);
+    assert_near(energy.friction, 0, 1e-9);
+    bodies_close(&b);
+}
+
 static void test_initial_tension_opens(void **unused) {
     (void)unused;
     bodies b = {0};
@@ -544,6 +566,7 @@ int main(void) {
         cmocka_unit_test(test_bond_in_a_try),
         cmocka_unit_test(test_bond_outside_the_reach),
         cmocka_unit_test(test_initial_stress_is_in_balance),
+        cmocka_unit_test(test_initial_shear_beyond_friction),
         cmocka_unit_test(test_initial_tension_opens),
         cmocka_unit_test(test_augmented_removes_the_overlap),
         cmocka_unit_test(test_raise_makes_springs_stiffer),

@@ -85,13 +85,22 @@ class Pages(unittest.TestCase):
         error = re.search(rf"(?m)^\| `{re.escape(named)}` .*\| ([\d.]+) \| yes \|$", body)[1]
         self.assertLess(float(error), 1)
 
+    def test_orders_at_equal_error(self):
+        before = self.read("trade.md")
+        self.make("trade.py", "--docs", self.folder, "--only", "orders_cantilever")
+        self.check_page("trade.md", before, ("orders_cantilever",))
+        row = lambda error, time: {"end": "completed", "error": error, "seconds": time, "unknowns": 8}
+        rows = [row(2, 0.1), row(0.9, 0.7), row(0.5, 0.5), {"end": "took longer", "error": None}]
+        self.assertEqual(trade.quickest(rows, 1), ["8", "0.5"])
+        self.assertEqual(trade.quickest(rows, 0.1), ["", ""])
+
     def test_pages_have_a_place_for_everything(self):
         parts = [set(dict(PART.findall(self.read(name)))) for name in ("experiments.md", "only.md")]
         self.assertEqual(parts[0] | parts[1], set(experiments.NAMES) | {"gpu", "machine"})
         self.assertEqual(set(dict(PART.findall(self.read("performance.md")))),
                          set(performance.PARTS) | {"machine"})
         self.assertEqual(set(dict(PART.findall(self.read("trade.md")))),
-                         set(trade.KNOBS) | {"machine"})
+                         set(trade.PARTS) | {"machine"})
 
     def test_what_a_gpu_measured_is_shown(self):
         page = os.path.join(self.folder, "experiments.md")

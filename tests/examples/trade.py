@@ -4,7 +4,8 @@
     python3 trade.py NMM [--only NAME]... [--quick] [--docs FOLDER]
 
 Before each part of the page stands a block with one `nmm trade`; of its table the rows of a few knobs
-are shown, with what it named.
+are shown, with what it named. Of a part that compares orders it is run with each of them, and the
+quickest size within each error is shown.
 """
 
 import argparse
@@ -25,6 +26,10 @@ KNOBS = {"cantilever": ("scene", "size", "order", "mesh", "scheme", "tolerance")
          "strut": ("scene", "size", "dt", "size with dt", "order", "mesh", "tolerance"),
          "incline": ("scene", "dt", "size with dt", "order", "mesh", "tolerance"),
          "arch": ("scene", "size", "order", "mesh", "penalty")}
+
+# Part of the page: errors [%] at which the three orders are compared.
+ORDERS = {"orders_cantilever": (10, 3, 1, 0.3, 0.1), "orders_arch": (50, 30, 20, 10, 5)}
+PARTS = [*KNOBS, *ORDERS]
 
 
 def command_of(page, part):
@@ -47,21 +52,49 @@ def show(result, knobs):
     return body
 
 
-def measure(program, part, page, quick, folder):
-    words = command_of(page, part)
+def quickest(rows, error):
+    within = [r for r in rows if r["end"] == "completed" and r["error"] <= error]
+    if not within:
+        return ["", ""]
+    best = min(within, key=lambda r: r["seconds"])
+    return [number(best["unknowns"]), number(best["seconds"])]
+
+
+def compare_orders(results, errors):
+    rows = [[number(error)] + [cell for result in results for cell in quickest(result["rows"], error)]
+            for error in errors]
+    head = [f"{what} order {order}" for order in range(3) for what in ("unknowns,", "time [s],")]
+    return table(["error [%]", *head], rows)
+
+
+def measure(program, words, quick, folder):
     # 1: no setting has the error wanted, which is an answer.
     done = subprocess.run([program, *words, "--json", "-o", folder, *["--quick"] * quick], cwd=ROOT,
                           stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode not in (0, 1):
-        raise SystemExit(f"{part}: ended with status {done.returncode}")
+        raise SystemExit(f"{' '.join(words)}: ended with status {done.returncode}")
     picture = next(name for name in os.listdir(folder) if name.endswith(".svg"))
     return json.loads(done.stdout), os.path.join(folder, picture)
+
+
+def make_part(given, program, part, page):
+    """Text of a part; its picture is put where the page wants it."""
+    words = command_of(page, part)
+    with tempfile.TemporaryDirectory() as folder:
+        if part in ORDERS:
+            each = [[*words, "--set", f"covers.order={order}"] for order in range(3)]
+            results = [measure(program, one, given.quick, folder)[0] for one in each]
+            return compare_orders(results, ORDERS[part])
+        result, picture = measure(program, words, given.quick, folder)
+        if f"pictures/trade-{part}.svg" in page:
+            shutil.copyfile(picture, os.path.join(given.docs, "pictures", f"trade-{part}.svg"))
+        return show(result, KNOBS[part])
 
 
 def main():
     parser = argparse.ArgumentParser(description="Tables and pictures of docs/trade.md")
     parser.add_argument("nmm", help="the program")
-    parser.add_argument("--only", action="append", choices=KNOBS, help="only this part")
+    parser.add_argument("--only", action="append", choices=PARTS, help="only this part")
     parser.add_argument("--quick", action="store_true", help="a try: few settings")
     parser.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="folder of the page")
     given = parser.parse_args()
@@ -69,15 +102,8 @@ def main():
     os.makedirs(os.path.join(given.docs, "pictures"), exist_ok=True)
     with open(path, encoding="utf-8") as file:
         page = file.read()
-
-    def make(part):
-        with tempfile.TemporaryDirectory() as folder:
-            result, picture = measure(program, part, page, given.quick, folder)
-            if f"pictures/trade-{part}.svg" in page:
-                shutil.copyfile(picture, os.path.join(given.docs, "pictures", f"trade-{part}.svg"))
-        write_part(path, part, show(result, KNOBS[part]))
-
-    took = make_parts(given.only or KNOBS, make)
+    took = make_parts(given.only or PARTS, lambda part: write_part(
+        path, part, make_part(given, program, part, page)))
     if not given.only:
         tell_machine(path, program, took)
 

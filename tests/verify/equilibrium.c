@@ -26,6 +26,48 @@ static void test_column(void **state) {
     rows_end();
 }
 
+// Supports hold whatever a body weighs next to its modulus: one law for settlement over strain.
+static void test_light_load(void **state) {
+    (void)state;
+    const double modulus[] = {1e9, 1e11, 1e13};
+    double first = 0;
+    for (int k = 0; k < 3; k++) {
+        run r = RUN("column.yaml", STATIC, "analysis.tolerance=1e-6", "materials.rock.plane=stress",
+                    set_text("materials.rock.youngs_modulus=%g", modulus[k]), "covers.size=0.5");
+        find(&r);
+        const double scaled = -run_monitor(&r, "top").displacement[1] * modulus[k] / 1.22625e6;
+        if (k == 0) first = scaled;
+        row_close(set_text("statics: column of %g Pa, settlement over that by the closed form",
+                           modulus[k]),
+                  1, scaled, 1e-3);
+        row_close(set_text("statics: column of %g Pa, the same over that at 1e9 Pa", modulus[k]), 1,
+                  scaled / first, 1e-5);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// A column between two supports that gain little in a round: no equilibrium before they stand. Each
+// has half of the weight.
+static void test_slow_supports(void **state) {
+    (void)state;
+    run r = RUN("column.yaml", STATIC, "covers.size=0.5",
+                "supports=[{segment: [[0, 0], [2, 0]], fix: xy}, "
+                "{segment: [[0, 10], [2, 10]], fix: xy}]");
+    for (int s = 0; s < r.sim->model.n_support; s++)
+        r.sim->model.support[s].stiffness *= 1e-4;
+    row_true("statics: column between soft supports", "completed", find(&r) == NMM_END_COMPLETED);
+    row_true("statics: column between soft supports, in more than one step", "yes",
+             r.report.step > 1);
+    double top = 0;
+    for (int s = 0; s < r.sim->model.n_support; s++)
+        if (r.sim->model.support[s].place.y > 0) top += r.sim->state.support_force[2 * s + 1];
+    row_close("statics: column between soft supports, force at the top", 10 * 2500 * GRAVITY, top,
+              2e-3);
+    run_close(&r);
+    rows_end();
+}
+
 static double force_on_base(const nmm_sim *sim) {
     double sum = 0;
     for (int k = 0; k < sim->state.n_contact; k++) {
@@ -113,7 +155,8 @@ static void test_reason(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_column),        cmocka_unit_test(test_stack),
+        cmocka_unit_test(test_column),        cmocka_unit_test(test_light_load),
+        cmocka_unit_test(test_slow_supports), cmocka_unit_test(test_stack),
         cmocka_unit_test(test_stack_penalty), cmocka_unit_test(test_limits),
         cmocka_unit_test(test_reason),
     };

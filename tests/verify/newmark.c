@@ -140,7 +140,7 @@ static void test_rotation(void **state) {
     spin_lattice(run_all() ? 100 : 10);
     spin("analysis.beta=0.25", "1e7", 100, 1e-6);
     spin("analysis.beta=0.3", "1e7", 100, 1e-7);
-    spin("analysis.beta=0.25", "1e11", 100, 1e-10);
+    spin("analysis.beta=0.25", "1e11", run_all() ? 100 : 15, 1e-10);
     rows_end();
 }
 
