@@ -23,8 +23,7 @@ typedef struct nmm_contact_verdict {
     int n_slipped, n_stuck;
     int n_sliding;      // contacts that slide now
     int worst;          // contact that changed mode with the largest force, -1: none
-    double penetration; // [m] largest overlap
-    uint64_t modes;     // hash of all modes: the same twice in one step is a circle
+    double worst_force; // [N] of that one
 } nmm_contact_verdict;
 
 /// Derivatives of gap and slip by the displacements of 2 n_local covers: of the vertex, then of the

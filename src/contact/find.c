@@ -45,28 +45,14 @@ static void number_sides(nmm_contact_search *search, const nmm_model *model) {
     }
 }
 
-// Area of each block, and how far its middle is from the middle of all.
-static nmm_status measure_blocks(nmm_context *context, nmm_contact_search *search,
-                                 const nmm_model *model) {
-    double(*sum)[3] = NULL, all[3] = {0, 0, 0};
-    TRY(nmm_allocate(context, &search->block, (size_t)model->n_block, sizeof *search->block));
-    TRY(nmm_allocate(context, &sum, (size_t)model->n_block, sizeof *sum));
+static nmm_vec2 middle_of(const nmm_model *model) {
+    double area = 0, x = 0, y = 0;
     for (int e = 0; e < model->n_element; e++) {
-        const double *centre = model->element_centre + 2 * (long)e, area = model->element_area[e];
-        const double part[3] = {area, area * centre[0], area * centre[1]};
-        for (int i = 0; i < 3; i++) {
-            sum[model->element_block[e]][i] += part[i];
-            all[i] += part[i];
-        }
+        area += model->element_area[e];
+        x += model->element_area[e] * model->element_centre[2 * (long)e];
+        y += model->element_area[e] * model->element_centre[2 * (long)e + 1];
     }
-    for (int b = 0; b < model->n_block; b++) {
-        const double x = sum[b][1] / sum[b][0] - all[1] / all[0];
-        const double y = sum[b][2] / sum[b][0] - all[2] / all[0];
-        search->block[b][0] = sum[b][0];
-        search->block[b][1] = sqrt(x * x + y * y);
-    }
-    nmm_release(context, &sum);
-    return NMM_OK;
+    return (nmm_vec2){x / area, y / area};
 }
 
 nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
@@ -81,7 +67,7 @@ nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
     TRY(nmm_allocate(context, &s->side, n, sizeof(int)));
     TRY(nmm_allocate(context, &s->joint_side, n, sizeof(bool)));
     number_sides(s, model);
-    TRY(measure_blocks(context, s, model));
+    s->middle = middle_of(model);
     TRY(nmm_allocate(context, &s->built_at, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &s->bucket_start, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->bucket_pairs, (size_t)s->n_bucket + 1, sizeof(int)));
@@ -96,7 +82,6 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     if (s == NULL) return;
     nmm_release(context, &s->side);
     nmm_release(context, &s->joint_side);
-    nmm_release(context, &s->block);
     nmm_release(context, &s->table);
     nmm_release(context, &s->built_at);
     nmm_release(context, &s->pair);
@@ -234,6 +219,14 @@ static nmm_contact with_history(const nmm_contact_search *search, const nmm_mode
 
 // --- Start of a run
 
+// What friction cannot hold is not there from the start: nothing slides to lose it, so no work is
+// done.
+static void hold_less(const nmm_interface *law, nmm_contact *c) {
+    c->carried_normal = nmm_max(0, c->carried_normal);
+    const double most = law->friction * c->carried_normal;
+    c->carried_shear = nmm_max(-most, nmm_min(most, c->carried_shear));
+}
+
 // Joints that hold are bonded; initial stress is in balance at once, eq. (5.12).
 static void begin_contact(const nmm_model *model, const nmm_state *state, const nmm_raw *raw,
                           nmm_contact *c) {
@@ -250,7 +243,7 @@ static void begin_contact(const nmm_model *model, const nmm_state *state, const 
     const nmm_vec2 pull = {s[0] * e.n.x + s[2] * e.n.y, s[2] * e.n.x + s[1] * e.n.y};
     c->carried_normal = -nmm_vec2_dot(e.n, pull) * c->length;
     c->carried_shear = -nmm_vec2_dot(e.t, pull) * c->length;
-    if (!c->bonded) c->carried_normal = nmm_max(0, c->carried_normal);
+    if (!c->bonded) hold_less(law, c);
     c->mode = c->bonded || c->carried_normal > 0 ? NMM_CONTACT_STICK : NMM_CONTACT_OPEN;
 }
 
@@ -331,7 +324,7 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
                                .state = state,
                                .line = search->line,
                                .last = {state->contact, search->last_start},
-                               .block = search->block,
+                               .middle = search->middle,
                                .reach = reach,
                                .near = near};
     int n_raw = 0;

@@ -176,7 +176,6 @@ int nmm_contact_break(const nmm_model *model, nmm_state *state) {
 
 static void count_change(nmm_contact_verdict *verdict, nmm_contact_mode before,
                          nmm_contact_mode now) {
-    if (before == now) return;
     if (now == NMM_CONTACT_OPEN)
         verdict->n_opened += 1;
     else if (before == NMM_CONTACT_OPEN)
@@ -187,37 +186,52 @@ static void count_change(nmm_contact_verdict *verdict, nmm_contact_mode before,
         verdict->n_stuck += 1;
 }
 
+// Contact k has a new mode: its force may be the largest, the first of equal ones counts.
+static void count_worst(nmm_contact_verdict *verdict, int k, double force) {
+    const bool first = force == verdict->worst_force && k < verdict->worst;
+    if (verdict->worst >= 0 && !(force > verdict->worst_force || first)) return;
+    verdict->worst = k;
+    verdict->worst_force = force;
+}
+
+// In any order: counts, and the largest of all.
+static void add_verdict(nmm_contact_verdict *sum, const nmm_contact_verdict *part) {
+    sum->n_opened += part->n_opened;
+    sum->n_closed += part->n_closed;
+    sum->n_slipped += part->n_slipped;
+    sum->n_stuck += part->n_stuck;
+    sum->n_sliding += part->n_sliding;
+    if (part->worst >= 0) count_worst(sum, part->worst, part->worst_force);
+}
+
+static void evaluate(const nmm_model *model, const nmm_state *state, int k,
+                     nmm_contact_verdict *verdict) {
+    nmm_contact *c = &state->contact[k];
+    const nmm_contact_mode before = c->mode;
+    c->mode_before = before;
+    if (measure(model, state, c))
+        apply_law(&model->interface[c->interface], c, 1e-15 * model->height);
+    else
+        set_open(c);
+    verdict->n_sliding += c->mode == NMM_CONTACT_SLIDE;
+    if (c->mode == before) return;
+    count_change(verdict, before, c->mode);
+    count_worst(verdict, k, fabs(c->normal_force) + fabs(c->shear_force));
+}
+
 nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const nmm_model *model,
                                          nmm_state *state, int n_thread) {
-    nmm_contact_verdict verdict = {.worst = -1, .modes = NMM_HASH_START};
+    nmm_contact_verdict verdict = {.worst = -1};
     const int n = state->n_contact;
-    const double rounding = 1e-15 * model->height;
     (void)search;
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
-    for (int k = 0; k < n; k++) {
-        nmm_contact *c = &state->contact[k];
-        c->mode_before = c->mode;
-        if (measure(model, state, c))
-            apply_law(&model->interface[c->interface], c, rounding);
-        else
-            set_open(c);
-    }
-    double largest = -1;
-    for (int k = 0; k < n; k++) {
-        const nmm_contact *c = &state->contact[k];
-        const unsigned char mode = (unsigned char)c->mode;
-        verdict.modes = nmm_hash(verdict.modes, &mode, 1);
-        if (c->mode != NMM_CONTACT_OPEN) {
-            verdict.penetration = nmm_max(verdict.penetration, -c->gap);
-        }
-        verdict.n_sliding += c->mode == NMM_CONTACT_SLIDE;
-        if (c->mode == c->mode_before) continue;
-        count_change(&verdict, c->mode_before, c->mode);
-        const double force = fabs(c->normal_force) + fabs(c->shear_force);
-        if (force > largest) {
-            largest = force;
-            verdict.worst = k;
-        }
+#pragma omp parallel num_threads(n_thread) if (n_thread > 1 && n > 2048)
+    {
+        nmm_contact_verdict own = {.worst = -1};
+#pragma omp for schedule(static) nowait
+        for (int k = 0; k < n; k++)
+            evaluate(model, state, k, &own);
+#pragma omp critical(nmm_verdict)
+        add_verdict(&verdict, &own);
     }
     return verdict;
 }

@@ -16,7 +16,7 @@
 #define NMM_SAME 1e-4   // of two vertices nearer than this the one that was listed stays
 #define NMM_CORNER 0.5  // tributary length of a corner
 #define NMM_DEEPEST 0.5 // overlap that is still a contact with history
-/// Part by which areas of blocks may differ that count as equal, and distances.
+/// Sine of an angle that rounding may turn over.
 #define NMM_EQUAL 1e-6
 /// Sines of angles between edges: blend from edge-edge to corner.
 #define NMM_PARALLEL 0.026 // 1.5 degrees
@@ -74,7 +74,7 @@ typedef struct nmm_narrowing {
     const nmm_model *model;
     const nmm_state *state;
     nmm_last_list last;
-    double (*block)[2];        // [n_block] of nmm_contact_search
+    nmm_vec2 middle;           // of nmm_contact_search
     double reach;              // [m] largest gap that is listed
     double near;               // [m] the reach and the largest overlap
     const nmm_edge_line *line; // [n_vertex] of all edges
@@ -97,12 +97,12 @@ enum { NMM_PAIR_CHUNK = 512 };
 
 struct nmm_contact_search {
     nmm_contact_options options;
-    bool started;       // the first find is done
-    int *side;          // [n_vertex] straight side of an edge: its first edge
-    bool *joint_side;   // [n_vertex] of a side: a joint made some of it
-    double (*block)[2]; // [n_block] area [m2], distance from the middle of all [m]; at the start
-    double built_for;   // [m] distance up to which the pairs are complete at built_at
-    double *built_at;   // [n_vertex][2] positions when the pairs were made
+    bool started;     // the first find is done
+    int *side;        // [n_vertex] straight side of an edge: its first edge
+    bool *joint_side; // [n_vertex] of a side: a joint made some of it
+    nmm_vec2 middle;  // of the area of all blocks, at the start
+    double built_for; // [m] distance up to which the pairs are complete at built_at
+    double *built_at; // [n_vertex][2] positions when the pairs were made
 
     int n_pair, pair_capacity;
     nmm_edge_pair *pair; // near edges

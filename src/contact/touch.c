@@ -116,15 +116,16 @@ typedef struct interval_end {
     nmm_vec2 probe_u, probe_w;
 } interval_end;
 
-// Of two vertices at one place: the one of the smaller block, of equal ones that of the block
-// nearer to the middle of all, else of the one listed first. What the mesh numbers first must not
-// matter.
-static bool comes_first(const nmm_narrowing *now, int u, int w) {
-    const int of_u = now->model->vertex_block[u], of_w = now->model->vertex_block[w];
-    const double *a = now->block[of_u], *b = now->block[of_w];
-    for (int i = 0; i < 2; i++)
-        if (fabs(a[i] - b[i]) > NMM_EQUAL * (a[i] + b[i])) return a[i] < b[i];
-    return of_u != of_w ? of_u < of_w : u < w;
+// Of two ends at one place: does `u` stand for both? The one on the side of the middle of all does;
+// what the mesh numbers first must not matter. Where the middle is on the line itself the block
+// that was listed first has it.
+static bool comes_first(const nmm_narrowing *now, const interval_end *end) {
+    const nmm_edge_line *e = line_of(now, end->e);
+    const nmm_vec2 way = nmm_vec2_sub(now->middle, line_of(now, end->u)->p);
+    const double off = nmm_vec2_dot(e->n, way), far = sqrt(nmm_vec2_dot(way, way));
+    if (fabs(off) > NMM_EQUAL * far) return off > 0;
+    const int of_u = now->model->vertex_block[end->u], of_w = now->model->vertex_block[end->w];
+    return of_u != of_w ? of_u < of_w : end->u < end->w;
 }
 
 // Of the last list, 0: not listed.
@@ -135,8 +136,7 @@ static double last_length(const nmm_narrowing *now, int vertex, int edge) {
 
 static void add_end(nmm_narrowing *now, const interval_end *end, double shared, double share) {
     const double size = now->model->size;
-    bool take_u =
-        fabs(end->ahead) <= NMM_EXACT * size ? comes_first(now, end->u, end->w) : end->ahead < 0;
+    bool take_u = fabs(end->ahead) <= NMM_EXACT * size ? comes_first(now, end) : end->ahead < 0;
     if (fabs(end->ahead) <= NMM_SAME * size) {
         const double had_u = last_length(now, end->u, end->e);
         const double had_w = last_length(now, end->w, end->f);
@@ -191,13 +191,15 @@ static const nmm_edge_line *line_before(const nmm_narrowing *now, int vertex) {
 }
 
 // Both edges at the vertex lie in front of the line of e, and none is parallel to it; *share is how
-// far they are.
+// far they are. Where both run the same way as e the vertex is one of a side that is flush with it,
+// and its block beside that of e, not in front.
 static bool admissible(const nmm_narrowing *now, int vertex, const nmm_edge_line *e,
                        double *share) {
     const nmm_edge_line *out = line_of(now, vertex), *in = line_before(now, vertex);
     if (nmm_vec2_dot(out->t, e->n) < -NMM_SLANTED || nmm_vec2_dot(in->t, e->n) > NMM_SLANTED) {
         return false;
     }
+    if (nmm_vec2_dot(out->t, e->t) > 0 && nmm_vec2_dot(in->t, e->t) > 0) return false;
     *share = nmm_max(share_parallel(out, e), share_parallel(in, e));
     return *share < 1;
 }

@@ -11,19 +11,12 @@
 #include "cut.h"
 
 #include <math.h>
-#include <string.h>
 
 // Cells with less of their triangle than this are tied; to themselves below CRUMB.
 #define SLIVER 0.3
 #define CRUMB 1e-3
 
 enum { MOST_TIES = 2 };
-
-static bool same_covers(const nmm_model *model, int e, int f) {
-    const size_t size = (size_t)model->n_local * sizeof(int);
-    return memcmp(model->element_cover + model->n_local * (long)e,
-                  model->element_cover + model->n_local * (long)f, size) == 0;
-}
 
 static bool same_triangle(const nmm_model *model, int e, int f) {
     const int *a = model->element_cover + model->n_local * (long)e;
@@ -46,7 +39,7 @@ static bool measure_cell(const nmm_model *model, int e, double *part) {
     double area = 0;
     for (int k = model->cover_start[cover]; k < model->cover_start[cover + 1]; k++) {
         const int f = model->cover_element[k] / model->n_local;
-        if (!same_covers(model, e, f)) continue;
+        if (!nmm_same_covers(model, e, f)) continue;
         if (f < e) return false;
         area += model->element_area[f];
     }

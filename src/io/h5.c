@@ -16,6 +16,12 @@
 #include <time.h>
 #include <unistd.h>
 
+// The cache of chunks that each open table has.
+enum { CHUNK_SLOTS = 17, CHUNK_BYTES = 1 << 20 };
+
+// The buffer in which numbers change their type, made and cleared for each writing that needs one.
+enum { BUFFER_BYTES = 1 << 16 };
+
 nmm_h5_quiet nmm_h5_quiet_begin(void) {
     nmm_h5_quiet quiet = {0};
     H5Eget_auto2(H5E_DEFAULT, &quiet.print, &quiet.data);
@@ -80,6 +86,8 @@ static hid_t access_properties(bool with_locks) {
     H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18);
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
     H5Pset_file_locking(access, with_locks, true);
+    // A writing touches one chunk or two of a table, and clears these slots for each.
+    H5Pset_cache(access, 0, CHUNK_SLOTS, CHUNK_BYTES, 0.75);
     return access;
 }
 
@@ -132,6 +140,20 @@ static nmm_status fail_open(nmm_h5 *h5, nmm_h5_mode mode, reason why) {
     return nmm_fail(h5->context, NMM_ERROR_INPUT, "%s is damaged: %s", h5->name, why.text);
 }
 
+static nmm_status open_transfer(nmm_h5 *h5) {
+    h5->transfer = H5Pcreate(H5P_DATASET_XFER);
+    if (h5->transfer < 0 || H5Pset_buffer(h5->transfer, BUFFER_BYTES, NULL, NULL) < 0)
+        return nmm_h5_fail_write(h5, "transfer");
+    return NMM_OK;
+}
+
+static herr_t close_file(nmm_h5 *h5) {
+    if (h5->transfer > 0) H5Pclose(h5->transfer);
+    const herr_t closed = H5Fclose(h5->file);
+    h5->file = h5->transfer = 0;
+    return closed;
+}
+
 nmm_status nmm_h5_open(nmm_h5 *h5, nmm_h5_mode mode) {
     NMM_ASSERT(h5->file == 0);
     if (mode == NMM_H5_READ) TRY(check_readable(h5));
@@ -142,7 +164,7 @@ nmm_status nmm_h5_open(nmm_h5 *h5, nmm_h5_mode mode) {
         const hid_t file = open_once(h5, mode, with_locks, &why);
         if (file >= 0) {
             h5->file = file;
-            return NMM_OK;
+            return mode == NMM_H5_READ ? NMM_OK : open_transfer(h5);
         }
         if (!why.locked || !with_locks) return fail_open(h5, mode, why);
         if (nmm_clock() - start < NMM_H5_PATIENCE) {
@@ -178,12 +200,9 @@ nmm_status nmm_h5_flush(nmm_h5 *h5) {
 
 nmm_status nmm_h5_close(nmm_h5 *h5) {
     if (h5->file == 0) return NMM_OK;
-    const herr_t closed = H5Fclose(h5->file);
-    h5->file = 0;
-    return closed < 0 ? nmm_h5_fail_write(h5, "close") : NMM_OK;
+    return close_file(h5) < 0 ? nmm_h5_fail_write(h5, "close") : NMM_OK;
 }
 
 void nmm_h5_drop(nmm_h5 *h5) {
-    if (h5->file != 0) H5Fclose(h5->file);
-    h5->file = 0;
+    if (h5->file != 0) close_file(h5);
 }

@@ -21,6 +21,7 @@ typedef struct nmm_h5 {
     const char *path; // as opened
     const char *name; // as told to the user: the final name while `path` is a temporary
     hid_t file;       // 0: closed
+    hid_t transfer;   // how rows are written, while the file is open to be written
 } nmm_h5;
 
 typedef struct nmm_h5_quiet {

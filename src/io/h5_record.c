@@ -216,7 +216,7 @@ nmm_status nmm_h5_single_set(nmm_h5 *h5, const char *name, const nmm_h5_record *
     const hid_t type = compound_type(record);
     const hid_t dataset = H5Dopen2(h5->file, name, H5P_DEFAULT);
     const bool written = type >= 0 && dataset >= 0 &&
-                         H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, row) >= 0;
+                         H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, h5->transfer, row) >= 0;
     const nmm_status status = written ? NMM_OK : nmm_h5_fail_write(h5, name);
     if (dataset >= 0) H5Dclose(dataset);
     if (type >= 0) H5Tclose(type);

@@ -137,7 +137,7 @@ static nmm_status write_rows(nmm_h5 *h5, const char *name, hid_t dataset, hid_t 
     const hid_t rows = H5Screate_simple(rank, count, NULL);
     nmm_status status = NMM_OK;
     if (H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL) < 0 ||
-        H5Dwrite(dataset, memory, rows, space, H5P_DEFAULT, data) < 0)
+        H5Dwrite(dataset, memory, rows, space, h5->transfer, data) < 0)
         status = nmm_h5_fail_write(h5, name);
     H5Sclose(rows);
     H5Sclose(space);
@@ -188,7 +188,7 @@ nmm_status nmm_h5_text_create(nmm_h5 *h5, const char *name, const char *text, si
     // Marked as ASCII even where it is UTF-8: Octave refuses others, and the whole group with them.
     const hid_t type = nmm_h5_text_type(length);
     const hid_t dataset = nmm_h5_scalar_create(h5->file, name, type);
-    const bool written = dataset >= 0 && H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+    const bool written = dataset >= 0 && H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, h5->transfer,
                                                   length > 0 ? text : "") >= 0;
     const nmm_status status = written ? NMM_OK : nmm_h5_fail_write(h5, name);
     if (dataset >= 0) H5Dclose(dataset);

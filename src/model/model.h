@@ -136,11 +136,12 @@ typedef enum nmm_contact_mode {
 typedef struct nmm_contact {
     int vertex, edge;
     int interface;
-    nmm_contact_mode mode;                    // at the last evaluation
-    bool bonded;                              // cohesion and tension still act
-    bool broken;                              // was bonded once: residual friction from now on
-    double length;                            // [m] tributary length
-    double spring_length;                     // [m] the same for springs: more on short sides
+    nmm_contact_mode mode;        // at the last evaluation
+    nmm_contact_mode mode_before; // at the evaluation before the last
+    bool bonded;                  // cohesion and tension still act
+    bool broken;                  // was bonded once: residual friction from now on
+    bool breaking;                // the bond gave way in this try of the step
+    bool hasty;                   // augmented: the step is too short for carried forces to follow
     double normal_stiffness, shear_stiffness; // [N/m]
     double anchor; // edge parameter where the shear spring is tied, at the start of the step
     double rest;   // [m] overlap it was found with, <= 0: carries no force
@@ -150,12 +151,13 @@ typedef struct nmm_contact {
     double slip;           // [m] at the last evaluation, since the anchor
     double normal_force;   // [N] pressure positive
     double shear_force;    // [N] on the vertex, along t
-    double slid;           // [m] length slid since the contact came to be, never falls
-    nmm_contact_mode mode_before; // at the evaluation before the last
-    bool breaking;                // the bond gave way in this try of the step
-    bool hasty;                   // augmented: the step is too short for carried forces to follow
-    double force_before;          // [N] augmented: pressure at the end of the step before the last
-    double bond_energy;           // [J] stored when it gave way
+
+    // What no pass reads.
+    double length;        // [m] tributary length
+    double spring_length; // [m] the same for springs: more on short sides
+    double slid;          // [m] length slid since the contact came to be, never falls
+    double force_before;  // [N] augmented: pressure at the end of the step before the last
+    double bond_energy;   // [J] stored when it gave way
 } nmm_contact;
 
 typedef struct nmm_state {
@@ -196,6 +198,16 @@ void nmm_history_value(const nmm_history *history, double time, double *value);
 /// Functions of an element with covers of an order.
 static inline int nmm_local_of(int order) {
     return (order + 2) * (order + 3) / 2;
+}
+
+/// Do two elements have all covers in common? They are of one cell: pieces of a triangle that a
+/// border of materials or of regions has cut.
+static inline bool nmm_same_covers(const nmm_model *model, int e, int f) {
+    const int m = model->n_local;
+    for (int i = 0; i < m; i++)
+        if (model->element_cover[m * (long)e + i] != model->element_cover[m * (long)f + i])
+            return false;
+    return true;
 }
 
 /// The linear functions of element `e` at the reference place X (model coordinates).

@@ -5,6 +5,12 @@
 
 #include "jacobi_scalars.inl"
 
+// Rows whose matrix fits into a cache, about; beyond, numbers of it that are fetched ahead. Those
+// of dense blocks always are.
+#define ROWS_IN_CACHE 30000
+#define AHEAD 512
+#define DENSE_AHEAD 1024
+
 #define REAL double
 #define ARRAYS wide
 #define NAME(x) x##_wide

@@ -29,14 +29,16 @@
 // Where LANES is defined, products are written with vectors of four numbers; the sums are the same,
 // lane by lane, as in the text beside them.
 
-// y = one block row of K x.
+// y = one block row of K x. `far`: K comes from memory, where what a processor fetches ahead by
+// itself ends with each page.
 static inline void NAME(multiply_row)(const int *row_start, const int *col, const REAL *value,
-                                      const REAL *x, int row, REAL y[2]) {
+                                      const REAL *x, int row, bool far, REAL y[2]) {
 #ifdef LANES
     NAME(lanes) sum = {0, 0, 0, 0};
     for (int k = row_start[row]; k < row_start[row + 1]; k++) {
         NAME(lanes) v;
         NAME(pair) xk;
+        if (far) __builtin_prefetch(value + 4 * (long)k + AHEAD);
         memcpy(&v, value + 4 * (long)k, sizeof v);
         memcpy(&xk, x + 2 * (long)col[k], sizeof xk);
         sum += v * __builtin_shufflevector(xk, xk, 0, 1, 0, 1);
@@ -44,6 +46,7 @@ static inline void NAME(multiply_row)(const int *row_start, const int *col, cons
     y[0] = sum[0] + sum[1];
     y[1] = sum[2] + sum[3];
 #else
+    (void)far;
     REAL sum[4] = {0, 0, 0, 0};
     for (int k = row_start[row]; k < row_start[row + 1]; k++) {
         const REAL *v = value + 4 * (long)k, *xk = x + 2 * (long)col[k];
@@ -83,6 +86,8 @@ static inline void NAME(apply_dense)(const float *column, REAL factor, const REA
     for (int j = 0; j < NMM_GROUP_UNKNOWNS; j += 2) {
         const float r0 = (float)r[j], r1 = (float)r[j + 1];
         const float *c = column + NMM_GROUP_UNKNOWNS * j;
+        __builtin_prefetch(c + DENSE_AHEAD);
+        __builtin_prefetch(c + DENSE_AHEAD + 16);
         dense_lanes c0, c1, c2, c3;
         memcpy(&c0, c, sizeof c0);
         memcpy(&c1, c + 8, sizeof c1);
@@ -136,6 +141,7 @@ static inline void NAME(apply_group)(const REAL *inverse, const float *dense, co
 // True residual r = f - K u; z = D^-1 r; terms of r.z and r.r.
 static void NAME(measure_rows)(const nmm_solver *s) {
     const int n = s->n, n_group = nmm_groups_of(n);
+    const bool far = n > ROWS_IN_CACHE;
     const int *row_start = s->row_start, *col = s->col;
     const REAL *value = s->ARRAYS.value, *inverse = s->ARRAYS.inverse;
     const REAL *f = s->ARRAYS.f, *u = s->ARRAYS.u;
@@ -148,7 +154,7 @@ static void NAME(measure_rows)(const nmm_solver *s) {
         const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
         for (int row = first; row < end; row++) {
             REAL y[2];
-            NAME(multiply_row)(row_start, col, value, u, row, y);
+            NAME(multiply_row)(row_start, col, value, u, row, far, y);
             r[2 * (long)row] = f[2 * (long)row] - y[0];
             r[2 * (long)row + 1] = f[2 * (long)row + 1] - y[1];
         }
@@ -164,6 +170,7 @@ static void NAME(measure_rows)(const nmm_solver *s) {
 // q = K p; terms of p.q.
 static void NAME(multiply_direction)(const nmm_solver *s) {
     const int n = s->n, n_group = nmm_groups_of(n);
+    const bool far = n > ROWS_IN_CACHE;
     const int *row_start = s->row_start, *col = s->col;
     const REAL *value = s->ARRAYS.value, *p = s->ARRAYS.p;
     REAL *q = s->ARRAYS.q;
@@ -174,7 +181,7 @@ static void NAME(multiply_direction)(const nmm_solver *s) {
         if (state->stop != NMM_STOP_NONE) continue;
         const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
         for (int row = first; row < end; row++)
-            NAME(multiply_row)(row_start, col, value, p, row, q + 2 * (long)row);
+            NAME(multiply_row)(row_start, col, value, p, row, far, q + 2 * (long)row);
         const long at = 2 * (long)first;
         part[2 * (long)group] = NAME(dot_group)(p + at, q + at, 2 * (end - first));
         part[2 * (long)group + 1] = 0;
@@ -186,6 +193,7 @@ static void NAME(multiply_direction)(const nmm_solver *s) {
 // from + p; terms of r.D^-1 r and r.r, where r belongs to `from`.
 static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, int k) {
     const int n = s->n, n_group = nmm_groups_of(n);
+    const bool far = n > ROWS_IN_CACHE;
     const int *row_start = s->row_start, *col = s->col;
     const REAL *value = s->ARRAYS.value, *inverse = s->ARRAYS.inverse, *f = s->ARRAYS.f;
     REAL *p = s->ARRAYS.p;
@@ -200,7 +208,7 @@ static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, int k) 
         REAL r[NMM_GROUP_UNKNOWNS], z[NMM_GROUP_UNKNOWNS];
         for (int row = first; row < end; row++) {
             REAL y[2];
-            NAME(multiply_row)(row_start, col, value, from, row, y);
+            NAME(multiply_row)(row_start, col, value, from, row, far, y);
             r[2 * (row - first)] = f[2 * (long)row] - y[0];
             r[2 * (row - first) + 1] = f[2 * (long)row + 1] - y[1];
         }

@@ -106,6 +106,8 @@ void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm
     for (int c = 0; c < K->n_row; c++) {
         if (system->fixed != NULL && system->fixed[c] == 3) continue;
         const double *block = K->value + 4 * (long)K->diagonal[c];
+        const double own = system->weight != NULL ? system->weight[model->cover_block[c]] : 1;
+        const double unweighted = 1 / (own * own);
         const double *d = state->displacement + 2 * (long)c;
         const double *v = state->velocity + 2 * (long)c;
         const double *load = system->load + 2 * (long)c;
@@ -115,8 +117,8 @@ void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm
         const double fall = mass > 0 ? 0.5 * h * h / mass : 0;
         const double mx = nmm_min(h * fabs(v[0]) + fall * fabs(load[0]), reach);
         const double my = nmm_min(h * fabs(v[1]) + fall * fabs(load[1]), reach);
-        const double x = block[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);
-        const double y = block[3] * (fabs(d[1]) + my) + inertia * fabs(v[1]);
+        const double x = unweighted * block[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);
+        const double y = unweighted * block[3] * (fabs(d[1]) + my) + inertia * fabs(v[1]);
         balance->block[model->cover_block[c]].rounding += x * x + y * y;
     }
     add_gaps(balance, model, state);
@@ -220,16 +222,18 @@ double nmm_balance_limit(const nmm_balance *balance) {
     return least < INFINITY ? least : 0;
 }
 
-// Numbers of row c of the matrix times the weights of row and column, or over them.
-static void weigh_row(const nmm_balance *balance, const nmm_bsr *K, const int *block, int c,
-                      bool put) {
-    const double own = balance->weight[block[c]];
-    for (int k = K->row_start[c]; k < K->row_start[c + 1]; k++) {
-        const double weight = own * balance->weight[block[K->col[k]]];
-        if (weight == 1) continue;
-        const double both = put ? weight : 1 / weight;
-        for (int i = 0; i < 4; i++)
-            K->value[4 * (long)k + i] *= both;
+// The matrix made anew, times the weights of row and column; nmm_system_assemble keeps them.
+void nmm_balance_weigh_matrix(const nmm_balance *balance, nmm_system *system,
+                              const nmm_model *model) {
+    const nmm_bsr *K = &system->K;
+    system->weight = balance->weighted ? balance->weight : NULL;
+    for (int c = 0; c < K->n_row && balance->weighted; c++) {
+        const double own = balance->weight[model->cover_block[c]];
+        for (int k = K->row_start[c]; k < K->row_start[c + 1]; k++) {
+            const double weight = own * balance->weight[model->cover_block[K->col[k]]];
+            for (int i = 0; i < 4; i++)
+                K->value[4 * (long)k + i] *= weight;
+        }
     }
 }
 
@@ -244,7 +248,6 @@ static void weigh(const nmm_balance *balance, nmm_system *system, const nmm_mode
             system->residual[2 * c + x] *= factor;
             system->change[2 * c + x] *= back;
         }
-        weigh_row(balance, &system->K, model->cover_block, c, put);
     }
 }
 

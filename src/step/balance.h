@@ -65,7 +65,11 @@ double nmm_balance_norm(const nmm_balance *balance, const nmm_system *system,
 /// The norm of what a linear solve may leave, weighted, so that no block has more than allowed [N].
 double nmm_balance_limit(const nmm_balance *balance);
 
-/// Matrix, residual and change, weighted; and as they were.
+/// The matrix made anew, weighted; it stays so over the passes of a try.
+void nmm_balance_weigh_matrix(const nmm_balance *balance, nmm_system *system,
+                              const nmm_model *model);
+
+/// Residual, change and coupling, weighted; residual and change as they were.
 void nmm_balance_put_weights(const nmm_balance *balance, nmm_system *system,
                              const nmm_model *model);
 void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,

@@ -121,7 +121,10 @@ static nmm_status allocate_start(nmm_sim *sim) {
     if (sim->system.start_stress != NULL)
         TRY(nmm_allocate(&sim->context, &sim->free_body, (size_t)model->n_block,
                          sizeof *sim->free_body));
-    if (sim->search != NULL) TRY(nmm_mixing_open(&sim->context, &sim->mixing, (int)n));
+    if (sim->search != NULL) {
+        TRY(nmm_mixing_open(&sim->context, &sim->mixing, (int)n));
+        TRY(nmm_motion_open(&sim->context, &sim->motion, model));
+    }
     TRY(nmm_allocate(&sim->context, &sim->moved, n, sizeof(double)));
     TRY(nmm_allocate(&sim->context, &sim->start_displacement, n, sizeof(double)));
     TRY(nmm_allocate(&sim->context, &sim->start_velocity, n, sizeof(double)));
@@ -168,6 +171,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_contact_close(context, &sim->search);
     nmm_system_destroy(context, &sim->system);
     nmm_mixing_close(context, &sim->mixing);
+    nmm_motion_close(context, &sim->motion);
     nmm_balance_close(context, &sim->balance);
     nmm_release(context, &sim->free_body);
     nmm_release(context, &sim->moved);

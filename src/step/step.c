@@ -218,6 +218,8 @@ static nmm_status accept_step(nmm_sim *sim, double h) {
     state->step += 1;
     nmm_free_balance(sim, h);
     update_stress(sim);
+    if (sim->search != NULL)
+        nmm_motion_take(&sim->motion, &sim->model, &sim->state, sim->balance.group, sim->moved, h);
     update_velocity(sim, h);
     if (sim->settings.is_static) {
         memset(state->velocity, 0, 2 * (size_t)sim->model.n_cover * sizeof(double));

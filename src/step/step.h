@@ -9,13 +9,14 @@
 #include "contact.h"
 #include "cover.h"
 #include "mixing.h"
+#include "motion.h"
 #include "scene.h"
 #include "solve.h"
 #include "system.h"
 
 /// Work of the unbalanced forces along a correction, at its end over that at its beginning, which
 /// may be left.
-#define NMM_OVERSHOOT 0.3
+#define NMM_OVERSHOOT 0.1
 
 /// How far covers may go at most, as a part of their size, before all of the matrix is made anew.
 #define NMM_DRIFT 1e-2
@@ -46,6 +47,10 @@
 /// does.
 #define NMM_COUPLED_TOLERANCE 1e-3
 #define NMM_QUIET_TOLERANCE 1e-4
+
+/// The same in the first pass of a step: what is left there is strewn over contacts that only just
+/// touch, and takes passes to be gathered in again.
+#define NMM_FIRST_TOLERANCE 3e-4
 
 /// Unbalanced forces over those before that a pass which knows of friction may leave, not to be in
 /// vain.
@@ -129,6 +134,7 @@ struct nmm_sim {
     double *moved; // [n_cover][2]
 
     nmm_mixing mixing; // of the passes; open where there is contact
+    nmm_motion motion; // the same
 
     nmm_balance balance;      // of the forces, block by block
     nmm_free_body *free_body; // [n_block]; NULL: the scheme does not keep momenta

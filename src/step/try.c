@@ -48,7 +48,8 @@ static bool motion_goes_on(const nmm_sim *sim) {
 static void begin_move(nmm_sim *sim, double h, double end) {
     const bool goes_on = motion_goes_on(sim);
     for (int i = 0; goes_on && i < 2 * sim->model.n_cover; i++)
-        sim->state.displacement[i] += h * sim->state.mean_velocity[i];
+        sim->state.displacement[i] +=
+            h * nmm_motion_goes_on(&sim->motion, &sim->model, &sim->state, h, i);
     nmm_system_hold(&sim->model, &sim->state, end);
     for (int i = 0; i < 2 * sim->model.n_cover; i++)
         sim->moved[i] = sim->state.displacement[i] - sim->start_displacement[i];
@@ -167,6 +168,7 @@ static nmm_status couple(nmm_sim *sim, const passes *p) {
     coupling->n = 0;
     coupling->tolerance =
         count_flips(&p->verdict) == 0 ? NMM_QUIET_TOLERANCE : NMM_COUPLED_TOLERANCE;
+    if (p->n == 0) coupling->tolerance = NMM_FIRST_TOLERANCE;
     if (!couples(sim, p)) return NMM_OK;
     return nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state);
 }
@@ -176,6 +178,7 @@ static nmm_status solve_pass(nmm_sim *sim, const passes *p, double h, bool anew,
     nmm_system *system = &sim->system;
     nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
     if (p->n == 0) weigh_blocks(sim, h);
+    if (anew) nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     TRY(open_solver(sim));
     guess_change(sim, h, p->n);
@@ -560,6 +563,8 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     restore_start(sim);
     nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h);
     begin_move(sim, h, step.end);
+    // Carried forces remember the way that passes take, and statics have many equilibria.
+    sim->system.pressed = motion_goes_on(sim) && sim->system.cover_give == NULL;
     nmm_system_load(&sim->system, &sim->model, step.end);
     look_again(sim, &p, &step);
     while (*outcome == NMM_TRY_SETTLED) {

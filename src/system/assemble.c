@@ -12,6 +12,9 @@
 #include <math.h>
 #include <string.h>
 
+/// Gap, as a part of the cover size, up to which an open contact only just touches.
+#define TOUCHES 1e-9
+
 static void add_diagonal(double *block, double x, double y) {
     block[0] += x;
     block[3] += y;
@@ -154,12 +157,22 @@ static void make_spring(nmm_system *system, const nmm_model *model, const nmm_st
     hold_spring(spring, system->fixed, cover, m);
 }
 
+// Mode by which contact k gets its spring. Where bodies are pressed, one that only just touches
+// counts as closed: as an open one it would let each pass bring a push to the next body only.
+static unsigned char first_mode(const nmm_system *system, const nmm_model *model,
+                                const nmm_contact *contact, int k) {
+    const bool touches = fabs(contact->gap - contact->rest) <= TOUCHES * model->size;
+    const bool closes = system->pressed && system->mode[k] == NMM_CONTACT_OPEN && touches;
+    return closes ? NMM_CONTACT_SLIDE : system->mode[k];
+}
+
 // All springs of couple q.
 static void make_springs(nmm_system *system, const nmm_model *model, const nmm_state *state,
                          int q) {
     const nmm_couples *couples = &system->couples;
     for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-        system->spring_mode[p] = system->mode[couples->order[p] / 2];
+        const int k = couples->order[p] / 2;
+        system->spring_mode[p] = first_mode(system, model, &state->contact[k], k);
         if (system->spring_mode[p] != NMM_CONTACT_OPEN) make_spring(system, model, state, q, p);
     }
 }
@@ -206,14 +219,30 @@ static inline void add_couples(nmm_system *system, int c, int m) {
     }
 }
 
+// Row i of couple q times the weights of its row and of its columns.
+static void weigh_row(const nmm_system *system, const nmm_model *model, int q, int i, int m,
+                      double *row) {
+    const int *element = system->couples.element + 2 * (long)q;
+    const double own = system->weight[model->element_block[element[i / m]]];
+    for (int j = 0; j < 2 * m; j++) {
+        const double weight = own * system->weight[model->element_block[element[j / m]]];
+        for (int x = 0; x < 2; x++) {
+            row[2 * j + x] *= weight;
+            row[4 * m + 2 * j + x] *= weight;
+        }
+    }
+}
+
 // Puts the spring at place p of couple q in (sign 1) or takes it out (sign -1).
-static void change_spring(nmm_system *system, int q, int p, double sign, int m) {
+static void change_spring(nmm_system *system, const nmm_model *model, int q, int p, double sign) {
+    const int m = model->n_local;
     if (system->spring_mode[p] == NMM_CONTACT_OPEN) return;
     const double *spring = spring_of(system, p, m);
     for (int i = 0; i < 2 * m; i++) {
         double row[8 * NMM_MOST_LOCAL];
         memset(row, 0, 8 * (size_t)m * sizeof *row);
         add_spring(spring, i, sign, m, row);
+        if (system->weight != NULL) weigh_row(system, model, q, i, m, row);
         put_row(system, q, i, m, row);
     }
 }
@@ -226,10 +255,10 @@ static bool change_springs(nmm_system *system, const nmm_model *model, const nmm
         for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
             const unsigned char mode = system->mode[couples->order[p] / 2];
             if (mode == system->spring_mode[p]) continue;
-            change_spring(system, q, p, -1, model->n_local);
+            change_spring(system, model, q, p, -1);
             system->spring_mode[p] = mode;
             if (mode != NMM_CONTACT_OPEN) make_spring(system, model, state, q, p);
-            change_spring(system, q, p, 1, model->n_local);
+            change_spring(system, model, q, p, 1);
             changed = true;
         }
     }
@@ -271,7 +300,9 @@ bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const n
                          const nmm_state *state, double h, bool anew) {
     if (!anew && system->made) return change_springs(system, model, state);
     make_all(context, system, model, state, h);
+    system->weight = NULL;
     system->made = true;
+    system->pressed = false;
     return true;
 }
 

@@ -103,7 +103,10 @@ static double confined_modulus(const nmm_system *system, const nmm_model *model,
 
 static double least_stiffness(const nmm_system *system, const nmm_model *model,
                               const nmm_contact *contact) {
-    const double a = confined_modulus(system, model, contact->vertex);
+    const int v = contact->vertex, before = model->vertex_prev[v];
+    // Either edge at the vertex may be the one that faces the other block.
+    const double a =
+        0.5 * (confined_modulus(system, model, v) + confined_modulus(system, model, before));
     const double b = confined_modulus(system, model, contact->edge);
     return LEAST * 2 * a * b / (a + b) * contact->spring_length / model->size;
 }

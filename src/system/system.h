@@ -100,7 +100,9 @@ typedef struct nmm_system {
     // no shear.
     double *spring;             // [n_contact][nmm_spring_size]
     unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
+    const double *weight;       // [n_block] of rows and columns of K; NULL: none
     bool made;                  // K was made for the contacts as they are listed
+    bool pressed; // the next K made anew counts contacts that only just touch as closed
     int spring_capacity;
     nmm_coupling coupling; // of the contacts that slide, nmm_system_couple
     int coupling_capacity;
@@ -145,7 +147,7 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
 
 /// system->K at the configuration of the last residual. Not `anew`: elements, and contacts that did
 /// not change mode, stay as they were when they were last taken, in the same step and pattern: a
-/// Newton matrix of a place near by. Returns whether any value changed.
+/// Newton matrix of a place near by, weighted as it was. Returns whether any value changed.
 bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
                          const nmm_state *state, double h, bool anew);
 

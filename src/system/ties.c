@@ -55,14 +55,27 @@ int nmm_ties_columns(const nmm_system *system, const nmm_model *model, int c, in
     return n;
 }
 
+// The softest and the lightest material of the cell that begins with element e: which of its
+// elements has the lowest number must not matter.
+static void take_least(const nmm_model *model, int e, double *modulus, double *density) {
+    const int m = model->n_local, cover = model->element_cover[m * (long)e + 3];
+    for (int k = model->cover_start[cover]; k < model->cover_start[cover + 1]; k++) {
+        const int f = model->cover_element[k] / m;
+        if (!nmm_same_covers(model, e, f)) continue;
+        const nmm_material *material = &model->material[model->element_material[f]];
+        *modulus = nmm_min(*modulus, material->youngs_modulus);
+        *density = nmm_min(*density, material->density);
+    }
+}
+
 // Adds row i of a tie to row c of the matrices.
 static void add_row(nmm_system *system, const nmm_model *model, int c, int tie, int i) {
     const int m = model->n_local, n = 2 * m, *pair = model->tie_element + 2 * (long)tie;
-    const nmm_material *a = &model->material[model->element_material[pair[0]]];
-    const nmm_material *b = &model->material[model->element_material[pair[1]]];
-    const double E = nmm_min(a->youngs_modulus, b->youngs_modulus);
-    const double stiffness = TIE_STIFFNESS * E / (model->size * model->size);
-    const double mass = TIE_MASS * nmm_min(a->density, b->density);
+    double modulus = INFINITY, density = INFINITY;
+    take_least(model, pair[0], &modulus, &density);
+    take_least(model, pair[1], &modulus, &density);
+    const double stiffness = TIE_STIFFNESS * modulus / (model->size * model->size);
+    const double mass = TIE_MASS * density;
     const double *gram = model->tie_gram + (long)tie * n * (n + 1) / 2;
     for (int j = 0; j < n; j++) {
         const int col = model->element_cover[m * (long)pair[j / m] + j % m];

@@ -38,13 +38,13 @@ static int owner_of(int n, const double *height, bool upwards, int lower) {
     return owner;
 }
 
-// Of the smaller block, of equal ones that nearer to the middle of all.
+// Of the block on the side of the middle of all.
 static void test_owner_of_corners(void **unused) {
     (void)unused;
     const double two[][2] = {{1, 2}, {2, 1}, {1, 1.001}}, three[3] = {1, 1, 1};
     for (int upwards = 0; upwards < 2; upwards++) {
         for (int k = 0; k < 3; k++)
-            assert_int_equal(owner_of(2, two[k], upwards, 0), two[k][0] < two[k][1] ? 0 : 1);
+            assert_int_equal(owner_of(2, two[k], upwards, 0), two[k][0] < two[k][1] ? 1 : 0);
         assert_int_equal(owner_of(3, three, upwards, 0), 1);
         assert_int_equal(owner_of(3, three, upwards, 1), 1);
     }
@@ -117,6 +117,29 @@ static void test_springs_on_border(void **unused) {
     assert_close(stiffness[0], stiffness[1], 1e-12);
 }
 
+// --- Not in front of each other
+
+// Two blocks side by side, cut by the mesh near the joint between them: nothing on the top of one
+// meets the top of the other, by whichever rounding one of them is the lower.
+static void test_flush_tops(void **unused) {
+    (void)unused;
+    const nmm_vec2 left[6] = {{0, -1}, {1, -1}, {1, 0}, {0.98, 0}, {0.95, 0}, {0, 0}};
+    const nmm_vec2 right[6] = {{1, -1}, {2, -1}, {2, 0}, {1.05, 0}, {1.02, 0}, {1, 0}};
+    const loop loops[2] = {{0, 6, left}, {1, 6, right}};
+    const double up[] = {0, 1e-8, -1e-8, 1e-5, -1e-5};
+    for (int k = 0; k < 5; k++) {
+        bodies b = {0};
+        assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+        bodies_put(&b, 1, 0, up[k], 0);
+        bodies_find(&b, 0.2);
+        for (int i = 0; i < b.state.n_contact; i++) {
+            const nmm_contact_row row = nmm_contact_row_of(&b.model, &b.state, &b.state.contact[i]);
+            assert_near(row.normal[0][1], 0, 1e-12);
+        }
+        bodies_close(&b);
+    }
+}
+
 // --- One block
 
 // The two sides of a wedge, cut by the mesh near its tip, look away from each other: the tip lies
@@ -142,6 +165,7 @@ int main(void) {
         cmocka_unit_test(test_owner_of_corners),
         cmocka_unit_test(test_creep_over_seam),
         cmocka_unit_test(test_springs_on_border),
+        cmocka_unit_test(test_flush_tops),
         cmocka_unit_test(test_wedge),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -37,7 +37,6 @@ class Result(dict):
         self.messages = messages
         self.largest_energy = 0.0  # of any term of the ledger, at any step
         self.most_gained = 0.0  # energy that came from nowhere, at any step
-        self.most_in_contact = 0.0  # energy of contact springs, at any step
         self.places = numpy.zeros((0, 2))  # of the corners of all elements, at the start
 
     @property
@@ -68,13 +67,12 @@ class Result(dict):
             raise Fault("a number in the ledger is not finite")
         terms = data[:, [names.index(name) for name in TERMS]]
         self.largest_energy = float(numpy.abs(terms).max(initial=self.largest_energy))
-        self.most_in_contact = float(numpy.abs(data[:, names.index("contact")]).max(initial=0))
         self.most_gained = float(-data[:, names.index("numerical")].min(initial=0))
 
-    def check(self, ledger, floor):
+    def check(self, ledger, floor, force):
         """What must hold for every run that has results."""
         residual = abs(self["energy"]["residual"])
-        if residual > max(ledger * self.largest_energy, floor):
+        if residual > max(ledger * self.largest_energy, floor, force * way_of(self)):
             raise Fault(f"ledger: residual {residual:.3g} of {self.largest_energy:.3g} J")
         if (self.status == 0) != (self["end"] == "completed"):
             raise Fault(f"status {self.status}, but the end is {self['end']}")
@@ -137,9 +135,9 @@ def start(line, scene, timeout):
     return done
 
 
-def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor=1e-200):
+def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor=1e-200, force=0):
     """Run a scene, or only check it. Raises Fault for what no scene may bring about. A ledger may
-    miss `ledger` of its largest term, or `floor` [J]."""
+    miss `ledger` of its largest term, or `floor` [J], or the work of `force` [N]."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "run.vtkhdf")
         more = ["-q", "--threads", "1", "-o", path] if command == "run" else []
@@ -154,13 +152,18 @@ def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor
         if command == "run":
             result.largest_energy = kinetic_energy(scene)
             result.read_ledger(path)
-            result.check(ledger, floor)
+            result.check(ledger, floor, force)
     return result
 
 
 def numbers_of(result, kind):
     """All numbers of all monitors, in the order of their names."""
     return [x for name in sorted(result["monitors"]) for x in result["monitors"][name][kind]]
+
+
+def way_of(result):
+    """Largest displacement of a monitor."""
+    return max((abs(x) for x in numbers_of(result, "displacement")), default=0)
 
 
 def distance(a, b):

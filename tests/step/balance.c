@@ -177,25 +177,65 @@ static void test_a_number_that_is_none_is_never_settled(void **unused) {
     nmm_sim_destroy(sim);
 }
 
-static void test_weights_are_taken_back_to_the_bit(void **unused) {
-    (void)unused;
-    const char *const changes[] = {"materials.light.density=1e-3"};
-    nmm_sim *sim = open_scene(SCENE_APART, 1, changes);
+static nmm_sim *open_weighted(const char *scene, const char *change) {
+    nmm_sim *sim = open_scene(scene, 1, &change);
     take_steps(sim, 1);
-    nmm_system *system = &sim->system;
-    const size_t n = 4 * (size_t)system->K.row_start[system->K.n_row];
     assert_true(sim->balance.weighted);
     assert_true(sim->balance.n_class > 1);
+    return sim;
+}
+
+static void test_weights_are_taken_back_to_the_bit(void **unused) {
+    (void)unused;
+    nmm_sim *sim = open_weighted(SCENE_APART, "materials.light.density=1e-3");
+    nmm_system *system = &sim->system;
     assert_true(sim->balance.exponent[0] == 0);
     assert_true(sim->balance.exponent[1] > 20);
-    double *before = malloc(n * sizeof *before);
+    const size_t size = 2 * (size_t)system->K.n_row * sizeof(double);
+    double *before = malloc(size);
     assert_non_null(before);
-    memcpy(before, system->K.value, n * sizeof *before);
+    memcpy(before, system->residual, size);
     nmm_balance_put_weights(&sim->balance, system, &sim->model);
-    assert_memory_not_equal(before, system->K.value, n * sizeof *before);
+    assert_memory_not_equal(before, system->residual, size);
     nmm_balance_take_weights(&sim->balance, system, &sim->model);
-    assert_memory_equal(before, system->K.value, n * sizeof *before);
+    assert_memory_equal(before, system->residual, size);
     free(before);
+    nmm_sim_destroy(sim);
+}
+
+// The matrix for all contacts in mode `from`, weighted, and then changed to `to`.
+static void change_modes(nmm_sim *sim, nmm_contact_mode from, nmm_contact_mode to) {
+    nmm_system *system = &sim->system;
+    const double h = sim->report.dt;
+    memset(system->mode, (int)from, (size_t)sim->state.n_contact);
+    nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, true);
+    nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
+    memset(system->mode, (int)to, (size_t)sim->state.n_contact);
+    const bool changed =
+        nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, false);
+    assert_true(changed == (from != to));
+}
+
+// Springs that come and go have the weights of the matrix that they come into.
+static void test_matrix_stays_weighted(void **unused) {
+    (void)unused;
+    nmm_sim *sim = open_weighted(SCENE_STACK, "materials.upper.density=1e-3");
+    const nmm_bsr *K = &sim->system.K;
+    const size_t n = 4 * (size_t)K->row_start[K->n_row];
+    double *changed = malloc(n * sizeof *changed), largest = 0;
+    assert_true(sim->state.n_contact > 0);
+    assert_non_null(changed);
+    for (int to = NMM_CONTACT_OPEN; to <= NMM_CONTACT_STICK; to++) {
+        const nmm_contact_mode from = to == NMM_CONTACT_OPEN ? NMM_CONTACT_STICK : NMM_CONTACT_OPEN;
+        change_modes(sim, from, (nmm_contact_mode)to);
+        memcpy(changed, K->value, n * sizeof *changed);
+        change_modes(sim, (nmm_contact_mode)to, (nmm_contact_mode)to);
+        for (size_t i = 0; i < n; i++)
+            largest = nmm_max(largest, fabs(K->value[i]));
+        for (size_t i = 0; i < n; i++)
+            assert_near(changed[i], K->value[i], 1e-14 * largest);
+    }
+    free(changed);
     nmm_sim_destroy(sim);
 }
 
@@ -218,6 +258,7 @@ int main(void) {
         cmocka_unit_test(test_bodies_on_each_other),
         cmocka_unit_test(test_a_number_that_is_none_is_never_settled),
         cmocka_unit_test(test_weights_are_taken_back_to_the_bit),
+        cmocka_unit_test(test_matrix_stays_weighted),
         cmocka_unit_test(test_what_may_touch_is_a_group),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -158,7 +158,7 @@ static void test_steady_loop_allocates_nothing(void **unused) {
     (void)unused;
     nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 0, NULL);
     // By then the solver has tried each of its methods that it ever will.
-    take_steps(sim, 250);
+    take_steps(sim, 350);
     const long calls = sim->context.n_call;
     take_steps(sim, 100);
     assert_int_equal(sim->context.n_call, calls);
