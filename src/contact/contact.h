@@ -78,6 +78,11 @@ int nmm_contact_break(const nmm_model *model, nmm_state *state);
 double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model,
                         const nmm_state *state);
 
+/// Augmented contact: what the rounding of places is in the stiffest spring, over the largest
+/// force.
+double nmm_contact_rounding(const nmm_contact_search *search, const nmm_model *model,
+                            const nmm_state *state);
+
 /// Augmented contact: carried forces of closed contacts become what acts; their springs are made
 /// `stiffer` by a factor, until the next step.
 void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double stiffer);

@@ -6,6 +6,7 @@
 
 #include "search.h"
 
+#include <float.h>
 #include <math.h>
 
 #define AT_LIMIT (1 - 1e-9)
@@ -259,6 +260,19 @@ double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model
         worst = nmm_max(worst, share_of(slip, c->shear_stiffness, force, rounding));
     }
     return worst;
+}
+
+double nmm_contact_rounding(const nmm_contact_search *search, const nmm_model *model,
+                            const nmm_state *state) {
+    double stiffest = 0, largest = 0;
+    if (!search->options.augmented) return 0;
+    for (int k = 0; k < state->n_contact; k++) {
+        const nmm_contact *c = &state->contact[k];
+        if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
+        stiffest = nmm_max(stiffest, c->normal_stiffness);
+        largest = nmm_max(largest, fabs(c->normal_force));
+    }
+    return stiffest > 0 ? DBL_EPSILON * model->height * stiffest / largest : 0;
 }
 
 void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double stiffer) {

@@ -24,13 +24,16 @@
 /// Augmented contact: part of a force that a spring may hold beside the carried force, and which
 /// may be left where neither raising nor stiffer springs gain more.
 #define NMM_SPRING_SHARE 1e-5
-#define NMM_SPRING_SHARE_LEFT 1e-3
+#define NMM_SPRING_SHARE_LEFT 1e-2
 
 /// Augmented contact: where a round leaves more than this part of what springs held, they become
 /// stiffer by a factor, up to the last one over what they were.
 #define NMM_SPRING_GAIN 0.25
 #define NMM_SPRING_STIFFER 10.0
 #define NMM_SPRING_STIFFEST 1000.0
+
+/// What rounding may make of a force in springs that become stiffer.
+#define NMM_SPRING_ROUNDING 1e-3
 
 /// Part of the force of a group of supports that their springs may hold beside the carried force.
 #define NMM_SUPPORT_SHARE 1e-3

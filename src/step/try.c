@@ -319,6 +319,12 @@ static double drift_allowed(const nmm_sim *sim, double h) {
     return sim->model.size * NMM_DRIFT * nmm_min(1, 1 / wave);
 }
 
+// Springs may become stiffer while the rounding of places is nothing in them.
+static bool may_stiffen(const nmm_sim *sim, const passes *p) {
+    const double rounding = nmm_contact_rounding(sim->search, &sim->model, &sim->state);
+    return p->stiffer < NMM_SPRING_STIFFEST && NMM_SPRING_STIFFER * rounding <= NMM_SPRING_ROUNDING;
+}
+
 // Raise the carried forces of augmented contacts, eq. (5.14); false when springs hold next to
 // nothing. Where mesh lines cut two faces there are forces that hardly do anything together, and
 // follow slowly: where a round gains little the springs become stiffer.
@@ -328,7 +334,7 @@ static bool raise_contacts(nmm_sim *sim, passes *p) {
     p->give = nmm_contact_give(sim->search, &sim->model, &sim->state) / p->stiffer;
     if (p->give <= NMM_SPRING_SHARE) return false;
     const bool slow = p->give > NMM_SPRING_GAIN * before;
-    const bool stiffer = slow && p->stiffer < NMM_SPRING_STIFFEST;
+    const bool stiffer = slow && may_stiffen(sim, p);
     if (!stiffer && p->give > 0.9 * before && p->give <= NMM_SPRING_SHARE_LEFT) return false;
     nmm_contact_raise(sim->search, &sim->state, stiffer ? NMM_SPRING_STIFFER : 1);
     if (!stiffer) return true;

@@ -28,6 +28,10 @@ class Fault(Exception):
     """Something that no scene may bring about."""
 
 
+class Late(Fault):
+    """No end within the time that was given."""
+
+
 class Result(dict):
     """What `nmm run --json` printed, its status and messages, and the peaks of the ledger."""
 
@@ -129,7 +133,7 @@ def start(line, scene, timeout):
         done = subprocess.run(line, input=text_of(scene), text=True, capture_output=True,
                               timeout=timeout, check=False)
     except subprocess.TimeoutExpired as late:
-        raise Fault(f"no end within {timeout} s") from late
+        raise Late(f"no end within {timeout} s") from late
     if done.returncode not in (0, 1, 3, 4) or "Sanitizer" in done.stderr:
         raise Fault(f"exit status {done.returncode}: {done.stderr[-2000:]}")
     return done
