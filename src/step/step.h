@@ -35,8 +35,11 @@
 /// What rounding may make of a force in springs that become stiffer.
 #define NMM_SPRING_ROUNDING 1e-3
 
-/// Part of the force of a group of supports that their springs may hold beside the carried force.
+/// Part of the force of a group of supports that their springs may hold beside the carried force:
+/// at rest, and in motion, where forces change in each step and a closer share would take rounds in
+/// all.
 #define NMM_SUPPORT_SHARE 1e-3
+#define NMM_SUPPORT_SHARE_MOVING 0.1
 
 /// Rows up to which solves know of friction: larger systems took as many passes with it as without,
 /// and more time (walls and slopes from 10^4 unknowns up).

@@ -287,7 +287,9 @@ static bool stands(const nmm_sim *sim, const nmm_support_sums *group, double lar
     const double error = larger(group->error), height = sim->model.height;
     if (error > 0.1 * sim->settings.tolerance * height) return false;
     const double force = nmm_max(group->force, 1e-3 * largest);
-    return error <= 1e-14 * height || group->stiffness * error <= NMM_SUPPORT_SHARE * force;
+    const bool rests = sim->settings.is_static;
+    const double share = rests ? NMM_SUPPORT_SHARE : NMM_SUPPORT_SHARE_MOVING;
+    return error <= 1e-14 * height || group->stiffness * error <= share * force;
 }
 
 // Youngs modulus over density, the square of a wave's speed, [m2/s2]: smallest and largest.
@@ -563,8 +565,11 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     restore_start(sim);
     nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h);
     begin_move(sim, h, step.end);
-    // Carried forces remember the way that passes take, and statics have many equilibria.
-    sim->system.pressed = motion_goes_on(sim) && sim->system.cover_give == NULL;
+    // Carried forces remember the way that passes take, and statics have many equilibria. Under
+    // loads that set in at once bodies that touch may part anywhere: large slopes then found no
+    // end.
+    sim->system.pressed =
+        motion_goes_on(sim) && sim->state.step > 0 && sim->system.cover_give == NULL;
     nmm_system_load(&sim->system, &sim->model, step.end);
     look_again(sim, &p, &step);
     while (*outcome == NMM_TRY_SETTLED) {
