@@ -168,8 +168,9 @@ static nmm_status find_reference(nmm_bench *bench) {
                             unseen(trade, ladders[k])));
         return say_reference(bench, how);
     }
-    return nmm_bench_remark(bench, "No errors: no two runs of a ladder completed, and no closed "
-                                   "form was given.");
+    return nmm_bench_remark(bench, "Errors are not known: no ladder of size, dt, tolerance or "
+                                   "penalty has two runs that completed, and no closed form was "
+                                   "given; turn size or dt as well, or say --expect.");
 }
 
 // The run of the highest other order on the scene's own mesh knows nothing of a ladder of meshes:

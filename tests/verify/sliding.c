@@ -148,6 +148,47 @@ static void test_threshold_above(void **state) {
     rows_end();
 }
 
+// Way in 2 s with augmented contact at mu k/10, so many degrees above the angle of friction.
+static double threshold_way(int k, double above, double penalty) {
+    const double phi = atan(0.1 * k);
+    run r = RUN("incline.yaml", friction(phi), tilt(phi + radians(above)),
+                "contact.method=augmented", set_text("contact.penalty=%g", penalty));
+    run_to_end(&r);
+    const double way = run_monitor(&r, "slider").displacement[0];
+    run_close(&r);
+    return way;
+}
+
+// Augmented contact: the worst way of the grid at each penalty.
+static void test_threshold_below_augmented(void **state) {
+    (void)state;
+    for (double penalty = 1; run_all() && penalty <= 1000; penalty *= 10) {
+        double worst = 0;
+        for (int k = 1; k <= 10; k++)
+            worst = fmax(worst, fabs(threshold_way(k, -0.5, penalty)));
+        row_below(set_text("augmented, penalty %g E, all mu, 0.5 deg below: longest way", penalty),
+                  worst, 1e-5);
+    }
+    rows_end();
+}
+
+static void test_threshold_above_augmented(void **state) {
+    (void)state;
+    if (run_all())
+        rows_known("at mu 0.8 the first step is cut, and the block starts with 3e-4 m/s");
+    for (double penalty = 1; run_all() && penalty <= 1000; penalty *= 10) {
+        double worst = 0;
+        for (int k = 1; k <= 10; k++) {
+            const double angle = atan(0.1 * k) + radians(0.5);
+            const double way = 0.5 * GRAVITY * (sin(angle) - cos(angle) * 0.1 * k) * 4;
+            worst = fmax(worst, fabs(threshold_way(k, 0.5, penalty) / way - 1));
+        }
+        row_below(set_text("augmented, penalty %g E, all mu, 0.5 deg above: worst error", penalty),
+                  worst, 1e-4);
+    }
+    rows_end();
+}
+
 // --- Strength reduction
 
 static void test_strength_reduction(void **state) {
@@ -252,6 +293,8 @@ int main(int argc, char **argv) {
         cmocka_unit_test(test_incline_penalty),
         cmocka_unit_test(test_threshold_below),
         cmocka_unit_test(test_threshold_above),
+        cmocka_unit_test(test_threshold_below_augmented),
+        cmocka_unit_test(test_threshold_above_augmented),
         cmocka_unit_test(test_push),
         cmocka_unit_test(test_slowing),
         cmocka_unit_test(test_base_motion),
