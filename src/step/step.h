@@ -16,7 +16,7 @@
 
 /// Work of the unbalanced forces along a correction, at its end over that at its beginning, which
 /// may be left.
-#define NMM_OVERSHOOT 0.1
+#define NMM_OVERSHOOT 0.3
 
 /// How far covers may go at most, as a part of their size, before all of the matrix is made anew.
 #define NMM_DRIFT 1e-2
