@@ -66,10 +66,9 @@ static bool inside_loop(const nmm_narrowing *now, int edge, nmm_vec2 place) {
     return odd == (area > 0);
 }
 
-// A raw contact before it is listed. `probe` lies in the vertex's block or on its side, near the
-// vertex: it must be inside the other block where the two overlap. An overlap deeper than `room` is
-// left sideways; of two sides always: what they share is the way past each other, pressed before or
-// not.
+// A raw contact before it is listed. `probe` lies in the vertex's block, near the vertex: it must
+// be inside the other block where the two overlap. An overlap deeper than `room` is left sideways;
+// of two sides always: what they share is the way past each other, pressed before or not.
 typedef struct candidate {
     int vertex, edge;
     double gap, room;
@@ -151,6 +150,12 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
             (nmm_raw){.length = 0.5 * share * shared, .shared = 0.5 * shared, .facing = facing});
 }
 
+// A place on an edge, moved into the edge's block by a twentieth of the overlap: sides of a joint
+// lie on the border of the block beside.
+static nmm_vec2 within(const nmm_edge_line *line, nmm_vec2 place, double gap) {
+    return nmm_vec2_add(place, nmm_vec2_scale(0.05 * nmm_min(gap, 0), line->n));
+}
+
 static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
                       const nmm_edge_line *le, double share) {
     // Along the mean direction, whichever is named first: e runs from 0 to c, f from a (its start,
@@ -162,7 +167,9 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
     const double c = nmm_vec2_dot(t, nmm_vec2_sub(le->q, le->p));
     const double shared = nmm_min(a, c) - nmm_max(b, 0);
     if (shared <= NMM_EXACT * now->model->size) return;
-    // Probes stand a twentieth of the interval away from its ends.
+    // Probes stand a twentieth of the interval away from its ends, and of the overlap within.
+    const double gap_a = gap_of(le, lf->p), gap_b = gap_of(le, lf->q);
+    const double gap_0 = gap_of(lf, le->p), gap_c = gap_of(lf, le->q);
     const nmm_vec2 on_f = nmm_vec2_scale(0.05 * shared, lf->t);
     const nmm_vec2 on_e = nmm_vec2_scale(0.05 * shared, le->t);
     const int next_e = nmm_vertex_behind(now, e), next_f = nmm_vertex_behind(now, f);
@@ -171,19 +178,19 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
                                .w = next_e,
                                .f = f,
                                .ahead = a - c,
-                               .gap_u = gap_of(le, lf->p),
-                               .gap_w = gap_of(lf, le->q),
-                               .probe_u = nmm_vec2_add(lf->p, on_f),
-                               .probe_w = nmm_vec2_sub(le->q, on_e)};
+                               .gap_u = gap_a,
+                               .gap_w = gap_c,
+                               .probe_u = within(lf, nmm_vec2_add(lf->p, on_f), gap_a),
+                               .probe_w = within(le, nmm_vec2_sub(le->q, on_e), gap_c)};
     const interval_end low = {.u = next_f,
                               .e = e,
                               .w = e,
                               .f = f,
                               .ahead = -b,
-                              .gap_u = gap_of(le, lf->q),
-                              .gap_w = gap_of(lf, le->p),
-                              .probe_u = nmm_vec2_sub(lf->q, on_f),
-                              .probe_w = nmm_vec2_add(le->p, on_e)};
+                              .gap_u = gap_b,
+                              .gap_w = gap_0,
+                              .probe_u = within(lf, nmm_vec2_sub(lf->q, on_f), gap_b),
+                              .probe_w = within(le, nmm_vec2_add(le->p, on_e), gap_0)};
     add_end(now, &high, shared, share);
     add_end(now, &low, shared, share);
 }
