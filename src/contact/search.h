@@ -151,6 +151,9 @@ const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int
 int nmm_vertex_behind(const nmm_narrowing *now, int v);
 int nmm_vertex_before(const nmm_narrowing *now, int v);
 
+/// From a corner into its block, between both sides; 2 to 2.9 long.
+nmm_vec2 nmm_vertex_inward(const nmm_narrowing *now, int v);
+
 /// The contact (vertex, edge) of the last list, or NULL.
 static inline const nmm_contact *nmm_contact_lookup(const nmm_last_list *last, int vertex,
                                                     int edge) {
