@@ -107,6 +107,7 @@ struct nmm_contact_search {
     int n_pair, pair_capacity;
     nmm_edge_pair *pair; // near edges
 
+    double cell_size;  // [m] of the grid
     int n_bucket;      // power of two
     int *bucket_start; // [n_bucket + 1]
     int *bucket_pairs; // [n_bucket + 1] first pair found in a bucket
