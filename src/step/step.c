@@ -283,7 +283,8 @@ static void end_early(nmm_sim *sim, nmm_try outcome, double h) {
 // them for ever; softer ones take more rounds, and find the same forces. A step that is cut instead
 // begins too fast where friction has to set in: its springs need a way for it.
 static bool may_be_gentle(const nmm_sim *sim, nmm_try outcome) {
-    const bool in_vain = outcome == NMM_TRY_FLIPS || outcome == NMM_TRY_FORCES;
+    const bool in_vain =
+        outcome == NMM_TRY_FLIPS || outcome == NMM_TRY_FORCES || outcome == NMM_TRY_CARRIED;
     return in_vain && sim->stiff && !sim->gentle;
 }
 

@@ -336,7 +336,9 @@ static bool raise_contacts(nmm_sim *sim, passes *p) {
     p->give = nmm_contact_give(sim->search, &sim->model, &sim->state) / p->stiffer;
     if (p->give <= NMM_SPRING_SHARE) return false;
     const bool slow = p->give > NMM_SPRING_GAIN * before;
-    const bool stiffer = slow && !sim->gentle && may_stiffen(sim, p);
+    // Gently: only where little is left, so that nothing opens for it.
+    const bool allowed = !sim->gentle || p->give <= NMM_SPRING_SHARE_LEFT;
+    const bool stiffer = slow && allowed && may_stiffen(sim, p);
     if (!stiffer && p->give > 0.9 * before && p->give <= NMM_SPRING_SHARE_LEFT) return false;
     nmm_contact_raise(sim->search, &sim->state, stiffer ? NMM_SPRING_STIFFER : 1);
     if (!stiffer) return true;
