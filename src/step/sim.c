@@ -124,6 +124,9 @@ static nmm_status allocate_start(nmm_sim *sim) {
     if (sim->search != NULL) {
         TRY(nmm_mixing_open(&sim->context, &sim->mixing, (int)n));
         TRY(nmm_motion_open(&sim->context, &sim->motion, model));
+        // Other methods, and devices, are asked for by name, and for all rows.
+        if (nmm_step_method(sim) == NMM_SOLVE_AUTO && sim->backend == nmm_solve_host())
+            TRY(nmm_nearby_open(&sim->context, &sim->nearby, model));
     }
     TRY(nmm_allocate(&sim->context, &sim->moved, n, sizeof(double)));
     TRY(nmm_allocate(&sim->context, &sim->start_displacement, n, sizeof(double)));
@@ -172,6 +175,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_system_destroy(context, &sim->system);
     nmm_mixing_close(context, &sim->mixing);
     nmm_motion_close(context, &sim->motion);
+    nmm_nearby_close(context, &sim->nearby);
     nmm_balance_close(context, &sim->balance);
     nmm_release(context, &sim->free_body);
     nmm_release(context, &sim->moved);
