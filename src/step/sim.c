@@ -124,9 +124,6 @@ static nmm_status allocate_start(nmm_sim *sim) {
     if (sim->search != NULL) {
         TRY(nmm_mixing_open(&sim->context, &sim->mixing, (int)n));
         TRY(nmm_motion_open(&sim->context, &sim->motion, model));
-        // Other methods, and devices, are asked for by name, and for all rows.
-        if (nmm_step_method(sim) == NMM_SOLVE_AUTO && sim->backend == nmm_solve_host())
-            TRY(nmm_nearby_open(&sim->context, &sim->nearby, model));
     }
     TRY(nmm_allocate(&sim->context, &sim->moved, n, sizeof(double)));
     TRY(nmm_allocate(&sim->context, &sim->start_displacement, n, sizeof(double)));

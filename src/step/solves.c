@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What a run tells of its linear solves: how many, by which method and with which blocks, and in
-// words how one ended.
+// What a run has and tells of its linear solves: room for those of part of the rows; how many there
+// were, by which method and with which blocks, and in words how one ended.
 
 #include "step.h"
 
@@ -38,4 +38,12 @@ const char *nmm_solves_end(nmm_solve_end end) {
         return "met a wrong pattern";
     }
     return "failed";
+}
+
+// Other methods and devices, which are asked for by name, are asked for all rows.
+nmm_status nmm_solves_open_nearby(nmm_sim *sim) {
+    const bool chosen = nmm_step_method(sim) == NMM_SOLVE_AUTO && sim->backend == nmm_solve_host();
+    const bool large = sim->system.K.n_row >= NMM_NEAR_ROWS && sim->state.n_contact > 0;
+    if (!chosen || !large || sim->nearby.model != NULL) return NMM_OK;
+    return nmm_nearby_open(&sim->context, &sim->nearby, &sim->model);
 }

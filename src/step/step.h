@@ -66,9 +66,10 @@
 
 /// Limits of one step.
 enum {
-    NMM_MAX_PASS = 40,  // open-close passes of one try
-    NMM_MAX_LOOK = 8,   // looks along one correction
-    NMM_MAX_RAISE = 30, // times carried forces are raised in one try
+    NMM_NEAR_ROWS = 300, // rows from which on solves may be for part of them
+    NMM_MAX_PASS = 40,   // open-close passes of one try
+    NMM_MAX_LOOK = 8,    // looks along one correction
+    NMM_MAX_RAISE = 30,  // times carried forces are raised in one try
 };
 
 /// Why a try of a step was given up.
@@ -140,7 +141,7 @@ struct nmm_sim {
 
     nmm_mixing mixing; // of the passes; open where there is contact
     nmm_motion motion; // the same
-    nmm_nearby nearby; // the same, where solves may be for part of the rows
+    nmm_nearby nearby; // of solves for part of the rows; open from the first that may be
 
     nmm_balance balance;      // of the forces, block by block
     nmm_free_body *free_body; // [n_block]; NULL: the scheme does not keep momenta
@@ -198,6 +199,9 @@ nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
 /// Book a linear solve; how it ended, in words that follow "the solver".
 void nmm_solves_count(nmm_summary *summary, const nmm_solve_report *report);
 const char *nmm_solves_end(nmm_solve_end end);
+
+/// Room for solves of part of the rows, where there may be any, from the first contact on.
+nmm_status nmm_solves_open_nearby(nmm_sim *sim);
 
 /// Try one step of length h from the saved start: the open-close loop.
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome);

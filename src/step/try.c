@@ -205,6 +205,7 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
     const nmm_solve_options options = solve_options(sim, p);
     nmm_balance_put_weights(&sim->balance, system, &sim->model);
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
+    TRY(nmm_solves_open_nearby(sim));
     p->part = solves_nearby(sim, p, h);
     TRY(couple(sim, p));
     TRY(p->part
