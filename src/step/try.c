@@ -161,14 +161,14 @@ static void weigh_blocks(nmm_sim *sim, double h) {
 
 // What friction adds to the system, where the solve is to know of it.
 static nmm_status couple(nmm_sim *sim, const passes *p) {
-    const int *place = p->part ? sim->nearby.place : NULL;
     nmm_coupling *coupling = &sim->system.coupling;
     coupling->n = 0;
     coupling->tolerance =
         count_flips(&p->verdict) == 0 ? NMM_QUIET_TOLERANCE : NMM_COUPLED_TOLERANCE;
     if (p->n == 0) coupling->tolerance = NMM_FIRST_TOLERANCE;
     if (!couples(sim, p)) return NMM_OK;
-    TRY(nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state, place));
+    TRY(nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state,
+                          p->part ? sim->nearby.place : NULL));
     nmm_balance_weigh_coupling(&sim->balance, coupling, &sim->model);
     return NMM_OK;
 }
