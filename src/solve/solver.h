@@ -45,6 +45,7 @@ typedef struct nmm_iteration {
     int stop; // nmm_stop
     int iterations;
     int on_device; // observed in a kernel
+    int directed;  // sweeps keep their direction for the next one
     double limit;  // value of r . r at which to stop
     double sum[2]; // last sums
     double rho, alpha, beta;
