@@ -73,6 +73,7 @@ typedef struct nmm_narrow {
 typedef struct nmm_experience {
     double rate[NMM_BLOCKS_BODY +
                 1]; // by nmm_solve_blocks: orders of magnitude an iteration gains; 0: not known
+    bool wide_only; // float32 did not reach a tolerance since
     int solves;     // since they were last forgotten
     int n_kept;     // with the pattern at hand
     int undirected; // in a row that needed no factor
