@@ -150,6 +150,8 @@ struct nmm_sim {
     nmm_contact *start_contact;
     nmm_support_sums *group; // [n_support_group] scratch
     bool gave_way;           // supports have not come to rest in the last try
+    bool gentle;             // springs of augmented contacts have the least stiffness in this try
+    bool stiff;              // some had more in the last one
     int start_capacity;
 
     // Stored energies at the last accepted state [J].
