@@ -81,7 +81,9 @@ void nmm_static_judge(nmm_sim *sim, double h) {
     const bool at_rest = h >= sim->settings.dt_max &&
                          sim->report.move * sim->allowed_now <= 1e-13 * sim->model.height;
     // Supports that still give way are raised further in the next step.
-    if ((excess <= 1 || at_rest) && !sim->gave_way) {
+    const bool stands = nmm_supports_stand(sim, sim->settings.end);
+    sim->raising.n_late += !stands;
+    if ((excess <= 1 || at_rest) && stands) {
         sim->state.time = sim->report.time = sim->settings.end;
         end_with(sim, NMM_END_COMPLETED);
         return;
@@ -92,7 +94,7 @@ void nmm_static_judge(nmm_sim *sim, double h) {
         say_free(sim, block, way, share);
         end_with(sim, NMM_END_NO_EQUILIBRIUM);
     } else if (sim->state.step >= MOST_STEPS) {
-        if (sim->gave_way)
+        if (!stands)
             snprintf(sim->report.reason, sizeof sim->report.reason,
                      "after %ld steps supports still give way", sim->state.step);
         else
