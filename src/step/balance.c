@@ -186,6 +186,14 @@ double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const n
     return nmm_balance_worst_of(balance, system, model, system->residual, tolerance);
 }
 
+bool nmm_balance_clouded(const nmm_balance *balance, double tolerance) {
+    for (int b = 0; b < balance->n_block; b++) {
+        const nmm_balance_sums *block = &balance->block[b];
+        if (block->rounding > square(tolerance) * block->force && block->force > 0) return true;
+    }
+    return false;
+}
+
 // --- Weights
 
 void nmm_balance_weigh(nmm_balance *balance, bool wanted) {

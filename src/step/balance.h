@@ -55,6 +55,9 @@ double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const n
 double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                             const double *left, double tolerance);
 
+/// Is what rounding leaves of a block more than the tolerance allows it?
+bool nmm_balance_clouded(const nmm_balance *balance, double tolerance);
+
 /// Weights of the blocks in linear systems, from what is allowed; not `wanted`: none.
 void nmm_balance_weigh(nmm_balance *balance, bool wanted);
 

@@ -166,6 +166,8 @@ struct nmm_sim {
     double kinetic0, strain0;
     nmm_contact_energy contact_energy;
     nmm_energy energy;
+    nmm_energy judged; // statics: the same after the step before
+    int n_free;        // last steps in which a block seemed to be free
 
     nmm_summary summary;    // running totals
     nmm_step_report report; // of the last step
