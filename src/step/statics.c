@@ -145,7 +145,9 @@ static bool is_clouded(const nmm_sim *sim) {
 
 static void say_unsettled(nmm_sim *sim, double share, bool stands) {
     char what[80] = "supports still give way", why[160] = "";
-    if (stands)
+    if (sim->overlaps)
+        snprintf(what, sizeof what, "%.79s", sim->report.reason);
+    else if (stands)
         snprintf(what, sizeof what, "forces of %.2g times those that act are still not balanced",
                  share);
     if (is_clouded(sim))
@@ -166,11 +168,11 @@ void nmm_static_judge(nmm_sim *sim, double h) {
     // Where nothing moves any more, what is left of inertia is rounding.
     const bool at_rest = h >= sim->settings.dt_max &&
                          sim->report.move * sim->allowed_now <= 1e-13 * sim->model.height;
-    // Supports that still give way are raised further in the next step.
+    // Supports that still give way, and contacts, are raised further in the next step.
     const bool stands = nmm_supports_stand(sim, sim->settings.end);
     const double stored = stored_part(sim);
     sim->raising.n_late += !stands;
-    if ((excess <= 1 || at_rest) && stands) {
+    if ((excess <= 1 || at_rest) && stands && !sim->overlaps) {
         sim->state.time = sim->report.time = sim->settings.end;
         end_with(sim, NMM_END_COMPLETED);
         return;

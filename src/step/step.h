@@ -167,6 +167,7 @@ struct nmm_sim {
     nmm_contact_energy contact_energy;
     nmm_energy energy;
     nmm_energy judged; // statics: the same after the step before
+    bool overlaps;     // statics: augmented contacts of the last try have not come to rest
     int n_free;        // last steps in which a block seemed to be free
 
     nmm_summary summary;    // running totals

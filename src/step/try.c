@@ -331,10 +331,11 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
         if (!(broke || contacts || supports)) return TRY_ENDED;
         p->raised += !broke;
         if (p->raised > NMM_MAX_RAISE) {
-            // Forces balance, but overlaps are larger than allowed; a shorter step may do. It would
-            // only let supports go: they are raised further in the next step.
+            // Forces balance, but overlaps are larger than allowed; a shorter step may do. At rest it
+            // would only let go what was raised: that goes on in the next step.
             say_why(sim, &p->verdict, "carried forces have not come to rest");
-            if (contacts) *outcome = NMM_TRY_CARRIED;
+            sim->overlaps = contacts;
+            if (contacts && !sim->settings.is_static) *outcome = NMM_TRY_CARRIED;
             return TRY_ENDED;
         }
         p->n = 1; // the count of passes is for one set of bonds and carried forces
@@ -482,6 +483,7 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     *outcome = NMM_TRY_SETTLED;
     nmm_mixing_reset(&sim->mixing);
     nmm_supports_begin(sim);
+    sim->overlaps = false;
     restore_start(sim);
     nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h);
     begin_move(sim, h, step.end);
