@@ -14,7 +14,7 @@
 // by its own supports, and to put it back exactly would take forces of any size.
 #define LEAST_FORCE 1e-3
 #define LEAST_FORCE_LATE 0.1
-enum { LATE = 4 };
+enum { LATE = 4, VERY_LATE = 10 };
 
 nmm_status nmm_raising_open(nmm_context *context, nmm_raising *raising, const nmm_model *model) {
     const int n = model->n_support_group;
@@ -159,10 +159,17 @@ static void mix_round(nmm_sim *sim, double largest, bool alone) {
     }
 }
 
+// Statics know no kick, but in a short step inertia stands against the way back: where bodies go
+// too far as soon as steps are long, one round in each.
+static bool may_raise(const nmm_sim *sim, double h) {
+    const bool stressed = sim->state.step == 0 && sim->scene.initial.kind != NMM_INITIAL_NONE;
+    if (stressed || is_slow(sim, h)) return true;
+    return sim->raising.n_late >= VERY_LATE && sim->raising.group[0].weight == 0;
+}
+
 bool nmm_supports_raise(nmm_sim *sim, const nmm_step_state *step, bool alone) {
     const nmm_model *model = &sim->model;
-    const bool stressed = sim->state.step == 0 && sim->scene.initial.kind != NMM_INITIAL_NONE;
-    if (model->n_support_group == 0 || (!stressed && !is_slow(sim, step->h))) return false;
+    if (model->n_support_group == 0 || !may_raise(sim, step->h)) return false;
     const double largest = measure_groups(sim, step->end);
     if (all_stand(sim, largest)) return false;
     mix_round(sim, largest, alone);

@@ -331,8 +331,8 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
         if (!(broke || contacts || supports)) return TRY_ENDED;
         p->raised += !broke;
         if (p->raised > NMM_MAX_RAISE) {
-            // Forces balance, but overlaps are larger than allowed; a shorter step may do. At rest it
-            // would only let go what was raised: that goes on in the next step.
+            // Forces balance, but overlaps are larger than allowed; a shorter step may do. At rest
+            // it would only let go what was raised: that goes on in the next step.
             say_why(sim, &p->verdict, "carried forces have not come to rest");
             sim->overlaps = contacts;
             if (contacts && !sim->settings.is_static) *outcome = NMM_TRY_CARRIED;
