@@ -34,6 +34,13 @@ typedef struct nmm_contact_row {
     double shear[2 * NMM_MOST_LOCAL][2];  // d slip / d cover displacement
 } nmm_contact_row;
 
+/// Modulus of a vertex and an edge in a row, their harmonic mean. Either edge at the vertex may be
+/// the one that faces the other block: on a border of materials `after` and `before` it differ.
+static inline double nmm_contact_modulus(double after, double before, double edge) {
+    const double vertex = 0.5 * (after + before);
+    return 2 * vertex * edge / (vertex + edge);
+}
+
 /// Energies of all contacts; the ledger takes differences.
 typedef struct nmm_contact_energy {
     double elastic;  // [J] normal and shear springs

@@ -113,18 +113,12 @@ static double modulus_behind(const nmm_model *model, int edge) {
     return model->material[model->element_material[model->edge_element[edge]]].youngs_modulus;
 }
 
-// The edge that faces the other block may be either one at the vertex: on a border of materials
-// they differ.
-static double modulus_at(const nmm_model *model, int vertex) {
-    return 0.5 *
-           (modulus_behind(model, vertex) + modulus_behind(model, model->vertex_prev[vertex]));
-}
-
 // Springs in proportion to the length, eq. (5.3).
 static void set_springs(const nmm_contact_search *search, const nmm_model *model, nmm_contact *c) {
     const nmm_interface *law = &model->interface[c->interface];
-    const double a = modulus_at(model, c->vertex), b = modulus_behind(model, c->edge);
-    const double both = 2 * a * b / (a + b);
+    const double both = nmm_contact_modulus(modulus_behind(model, c->vertex),
+                                            modulus_behind(model, model->vertex_prev[c->vertex]),
+                                            modulus_behind(model, c->edge));
     const double normal = law->normal_stiffness > 0 ? law->normal_stiffness
                                                     : search->options.penalty * both / model->size;
     const double shear = law->shear_stiffness > 0 ? law->shear_stiffness : normal / 2.5;

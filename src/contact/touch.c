@@ -66,9 +66,9 @@ static bool inside_loop(const nmm_narrowing *now, int edge, nmm_vec2 place) {
     return odd == (area > 0);
 }
 
-// A raw contact before it is listed. `probe` lies on the vertex's side, near the vertex: it must be
-// inside the other block where the two overlap. An overlap deeper than `room` is left sideways; of
-// two sides always: what they share is the way past each other, pressed before or not.
+// A raw contact before it is listed. `probe` lies in the vertex's block, near the vertex: it must
+// be inside the other block where the two overlap. An overlap deeper than `room` is left sideways;
+// of two sides always: what they share is the way past each other, pressed before or not.
 typedef struct candidate {
     int vertex, edge;
     double gap, room;
@@ -150,14 +150,26 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
             (nmm_raw){.length = 0.5 * share * shared, .shared = 0.5 * shared, .facing = facing});
 }
 
+// A place on an edge, moved into the edge's block by a twentieth of the overlap: sides of a joint
+// lie on the border of the block beside.
+static nmm_vec2 within(const nmm_edge_line *line, nmm_vec2 place, double gap) {
+    return nmm_vec2_add(place, nmm_vec2_scale(0.05 * nmm_min(gap, 0), line->n));
+}
+
 static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
                       const nmm_edge_line *le, double share) {
-    // Along e: f runs from a (its start, further) to b (its end).
-    const double a = nmm_vec2_dot(le->t, nmm_vec2_sub(lf->p, le->p));
-    const double b = nmm_vec2_dot(le->t, nmm_vec2_sub(lf->q, le->p));
-    const double shared = nmm_min(a, le->length) - nmm_max(b, 0);
+    // Along the mean direction, whichever is named first: e runs from 0 to c, f from a (its start,
+    // further) to b (its end).
+    const nmm_vec2 both = nmm_vec2_sub(le->t, lf->t);
+    const nmm_vec2 t = nmm_vec2_scale(1 / sqrt(nmm_vec2_dot(both, both)), both);
+    const double a = nmm_vec2_dot(t, nmm_vec2_sub(lf->p, le->p));
+    const double b = nmm_vec2_dot(t, nmm_vec2_sub(lf->q, le->p));
+    const double c = nmm_vec2_dot(t, nmm_vec2_sub(le->q, le->p));
+    const double shared = nmm_min(a, c) - nmm_max(b, 0);
     if (shared <= NMM_EXACT * now->model->size) return;
-    // Probes stand a twentieth of the interval away from its ends.
+    // Probes stand a twentieth of the interval away from its ends, and of the overlap within.
+    const double gap_a = gap_of(le, lf->p), gap_b = gap_of(le, lf->q);
+    const double gap_0 = gap_of(lf, le->p), gap_c = gap_of(lf, le->q);
     const nmm_vec2 on_f = nmm_vec2_scale(0.05 * shared, lf->t);
     const nmm_vec2 on_e = nmm_vec2_scale(0.05 * shared, le->t);
     const int next_e = nmm_vertex_behind(now, e), next_f = nmm_vertex_behind(now, f);
@@ -165,20 +177,20 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
                                .e = e,
                                .w = next_e,
                                .f = f,
-                               .ahead = a - le->length,
-                               .gap_u = gap_of(le, lf->p),
-                               .gap_w = gap_of(lf, le->q),
-                               .probe_u = nmm_vec2_add(lf->p, on_f),
-                               .probe_w = nmm_vec2_sub(le->q, on_e)};
+                               .ahead = a - c,
+                               .gap_u = gap_a,
+                               .gap_w = gap_c,
+                               .probe_u = within(lf, nmm_vec2_add(lf->p, on_f), gap_a),
+                               .probe_w = within(le, nmm_vec2_sub(le->q, on_e), gap_c)};
     const interval_end low = {.u = next_f,
                               .e = e,
                               .w = e,
                               .f = f,
                               .ahead = -b,
-                              .gap_u = gap_of(le, lf->q),
-                              .gap_w = gap_of(lf, le->p),
-                              .probe_u = nmm_vec2_sub(lf->q, on_f),
-                              .probe_w = nmm_vec2_add(le->p, on_e)};
+                              .gap_u = gap_b,
+                              .gap_w = gap_0,
+                              .probe_u = within(lf, nmm_vec2_sub(lf->q, on_f), gap_b),
+                              .probe_w = within(le, nmm_vec2_add(le->p, on_e), gap_0)};
     add_end(now, &high, shared, share);
     add_end(now, &low, shared, share);
 }
@@ -192,7 +204,8 @@ static const nmm_edge_line *line_before(const nmm_narrowing *now, int vertex) {
 
 // Both edges at the vertex lie in front of the line of e, and none is parallel to it; *share is how
 // far they are. Where both run the same way as e the vertex is one of a side that is flush with it,
-// and its block beside that of e, not in front.
+// and its block beside that of e, not in front. In a notch the block is behind its vertex as well:
+// that meets nothing, and least of all the sides of its own notch.
 static bool admissible(const nmm_narrowing *now, int vertex, const nmm_edge_line *e,
                        double *share) {
     const nmm_edge_line *out = line_of(now, vertex), *in = line_before(now, vertex);
@@ -200,6 +213,7 @@ static bool admissible(const nmm_narrowing *now, int vertex, const nmm_edge_line
         return false;
     }
     if (nmm_vec2_dot(out->t, e->t) > 0 && nmm_vec2_dot(in->t, e->t) > 0) return false;
+    if (nmm_vec2_cross(in->t, out->t) < -NMM_SLANTED) return false;
     *share = nmm_max(share_parallel(out, e), share_parallel(in, e));
     return *share < 1;
 }
@@ -243,6 +257,14 @@ static bool meets_beyond(const nmm_narrowing *now, int edge, const nmm_edge_line
     return along < 0 ? turn > 0 : turn < 0;
 }
 
+// A place in the vertex's block, a tenth of the overlap from the vertex: that itself may lie on the
+// border of the other block, beside it.
+static nmm_vec2 place_within(const nmm_narrowing *now, int vertex, double overlap) {
+    const nmm_edge_line *out = line_of(now, vertex), *in = line_before(now, vertex);
+    const nmm_vec2 along = nmm_vec2_sub(out->t, in->t), off = nmm_vec2_add(out->n, in->n);
+    return nmm_vec2_add(out->p, nmm_vec2_scale(0.05 * overlap, nmm_vec2_sub(along, off)));
+}
+
 static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line *e) {
     const double size = now->model->size;
     const nmm_vec2 place = line_of(now, vertex)->p;
@@ -253,8 +275,9 @@ static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line
     double share = 0;
     if (!admissible(now, vertex, e, &share)) return;
     if (beyond > 0 && !meets_beyond(now, edge, e, along, gap)) return;
-    candidate c = {.vertex = vertex, .edge = edge, .gap = gap, .probe = place};
+    candidate c = {.vertex = vertex, .edge = edge, .gap = gap};
     if (gap < 0) c.room = room_behind(now, edge, e, place);
+    if (gap < 0) c.probe = place_within(now, vertex, -gap);
     const double length = (1 - share) * NMM_CORNER * size;
     add_raw(now, &c, (nmm_raw){.corner_length = length, .beyond = beyond, .corner = true});
 }

@@ -290,6 +290,11 @@ void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,
 
 // --- Work
 
+static int class_of(const nmm_balance *balance, int block) {
+    const int class = balance->exponent[block] / NMM_FORCE_CLASS_BITS;
+    return nmm_min_int(class, NMM_FORCE_CLASSES - 1);
+}
+
 void nmm_balance_work(const nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                       int n_thread, double work[NMM_FORCE_CLASSES]) {
     const double *change = system->change, *residual = system->residual;
@@ -299,8 +304,21 @@ void nmm_balance_work(const nmm_balance *balance, const nmm_system *system, cons
         return;
     }
     for (int c = 0; c < model->n_cover; c++) {
-        const int bits = balance->exponent[model->cover_block[c]];
-        const int class = nmm_min_int(bits / NMM_FORCE_CLASS_BITS, NMM_FORCE_CLASSES - 1);
+        const int class = class_of(balance, model->cover_block[c]);
         work[class] += change[2 * c] * residual[2 * c] + change[2 * c + 1] * residual[2 * c + 1];
     }
+}
+
+void nmm_balance_least_work(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
+                            double least[NMM_FORCE_CLASSES]) {
+    memset(least, 0, NMM_FORCE_CLASSES * sizeof *least);
+    if (balance->n_class == 1) return;
+    for (int b = 0; b < balance->n_block; b++)
+        balance->block[b].way = 0;
+    for (int c = 0; c < model->n_cover; c++) {
+        const double *change = system->change + 2 * (long)c;
+        balance->block[model->cover_block[c]].way += square(change[0]) + square(change[1]);
+    }
+    for (int b = 0; b < balance->n_block; b++)
+        least[class_of(balance, b)] += balance->allowed[b] * sqrt(balance->block[b].way);
 }

@@ -18,6 +18,7 @@ typedef struct nmm_balance_sums {
     double force;    // all forces, taken before they cancel
     double left;     // what does not balance
     double rounding; // what rounding leaves, next to the forces that make the sum up
+    double way;      // of the covers in a change [m2]
 } nmm_balance_sums;
 
 typedef struct nmm_balance {
@@ -81,5 +82,10 @@ void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,
 /// Work of the unbalanced forces along the change, by class of forces.
 void nmm_balance_work(const nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                       int n_thread, double work[NMM_FORCE_CLASSES]);
+
+/// The work that forces as large as allowed may do along the change, 0 where there is one class:
+/// less than that tells nothing.
+void nmm_balance_least_work(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
+                            double least[NMM_FORCE_CLASSES]);
 
 #endif

@@ -15,6 +15,7 @@
 // What the passes of one try remember.
 typedef struct passes {
     double unbalance[NMM_MAX_PASS + 1]; // [N] after pass k
+    double worst[NMM_MAX_PASS + 1];     // what is left of the forces over what is allowed
     int n, raised;
     double drift; // [m] bound of how far the covers have gone since the matrix was made anew
     double drift_allowed; // [m]
@@ -228,9 +229,10 @@ static double largest_move(const nmm_sim *sim) {
 
 // Do forces balance, eq. (4.5)? What a first pass leaves points along the motion, step by step, and
 // adds up in the ledger.
-static bool balanced(nmm_sim *sim, const passes *p, double h) {
+static bool balanced(nmm_sim *sim, passes *p, double h) {
     const bool first = p->n == 1 && motion_goes_on(sim);
-    return worst_balance(sim, h) <= (first ? NMM_FIRST_PASS : 1);
+    p->worst[p->n] = worst_balance(sim, h);
+    return p->worst[p->n] <= (first ? NMM_FIRST_PASS : 1);
 }
 
 // Norm of the unbalanced forces, by the weights of the try [N]: does it gain? Not next to the
@@ -240,13 +242,18 @@ static double unbalance(const nmm_sim *sim) {
 }
 
 // Eight passes that hardly gained on those before: more will not help.
-static bool stagnates(const double *unbalance_of, int n) {
+static bool stagnates(const double *left, int n) {
     double before = INFINITY, last = INFINITY;
     for (int k = 0; k < n - 8; k++)
-        before = nmm_min(before, unbalance_of[k]);
+        before = nmm_min(before, left[k]);
     for (int k = nmm_max_int(0, n - 8); k < n; k++)
-        last = nmm_min(last, unbalance_of[k]);
+        last = nmm_min(last, left[k]);
     return n >= 16 && !(last < 0.5 * before);
+}
+
+// Not while the block that is worst gains: heavy ones beside it may long be as near as they come.
+static bool gains_nothing(const passes *p) {
+    return stagnates(p->unbalance + 1, p->n) && stagnates(p->worst + 1, p->n);
 }
 
 // How far covers may go before all of the matrix is made anew. A turn by d leaves the part d of the
@@ -341,7 +348,7 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
         p->n = 1; // the count of passes is for one set of bonds and carried forces
         return LOOK_AGAIN;
     }
-    if (p->n < NMM_MAX_PASS && !stagnates(p->unbalance + 1, p->n)) return SOLVE_ON;
+    if (p->n < NMM_MAX_PASS && !gains_nothing(p)) return SOLVE_ON;
     const bool quiet = count_flips(&p->verdict) == 0;
     say_why(sim, &p->verdict, quiet ? "forces do not balance" : "contacts keep changing mode");
     *outcome = quiet ? NMM_TRY_FORCES : NMM_TRY_FLIPS;
@@ -366,14 +373,16 @@ static double work_along(const nmm_sim *sim, const line *along) {
     return sum;
 }
 
-static line begin_line(const nmm_sim *sim) {
+// A class whose blocks balance has no say: next to the work of a rounding all is large.
+static line begin_line(nmm_sim *sim) {
     line along = {{0}, 0};
-    double work[NMM_FORCE_CLASSES], most = 0;
+    double work[NMM_FORCE_CLASSES], least[NMM_FORCE_CLASSES], most = 0;
+    nmm_balance_least_work(&sim->balance, &sim->system, &sim->model, least);
     nmm_balance_work(&sim->balance, &sim->system, &sim->model, sim->context.n_thread, work);
     for (int k = 0; k < sim->balance.n_class; k++)
         most = nmm_max(most, work[k]);
     for (int k = 0; k < sim->balance.n_class; k++)
-        along.share[k] = work[k] > 0 ? most / work[k] : 0;
+        along.share[k] = work[k] > least[k] ? most / work[k] : 0;
     along.work = work_along(sim, &along);
     return along;
 }

@@ -103,12 +103,11 @@ static double confined_modulus(const nmm_system *system, const nmm_model *model,
 
 static double least_stiffness(const nmm_system *system, const nmm_model *model,
                               const nmm_contact *contact) {
-    const int v = contact->vertex, before = model->vertex_prev[v];
-    // Either edge at the vertex may be the one that faces the other block.
-    const double a =
-        0.5 * (confined_modulus(system, model, v) + confined_modulus(system, model, before));
-    const double b = confined_modulus(system, model, contact->edge);
-    return LEAST * 2 * a * b / (a + b) * contact->spring_length / model->size;
+    const int v = contact->vertex;
+    const double both = nmm_contact_modulus(confined_modulus(system, model, v),
+                                            confined_modulus(system, model, model->vertex_prev[v]),
+                                            confined_modulus(system, model, contact->edge));
+    return LEAST * both * contact->spring_length / model->size;
 }
 
 void nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,

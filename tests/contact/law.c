@@ -269,11 +269,17 @@ static void test_verdict_counts(void **unused) {
 
 static const nmm_vec2 bonded_base[4] = BOX(0, -1, 2, 0);
 
-// Brick and base of the same width, one joint; strength c = 3e4, T = 1e4 Pa, mu 0.5, then 0.25.
-static bodies bonded_brick(void) {
+// Brick and base of the same width, one joint.
+static bodies brick_beside_base(void) {
     bodies b = {0};
     const loop loops[2] = {{0, 4, bonded_base}, {1, 4, brick}};
     assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+    return b;
+}
+
+// Strength c = 3e4, T = 1e4 Pa, mu 0.5, then 0.25.
+static bodies bonded_brick(void) {
+    bodies b = brick_beside_base();
     b.model.interface[1] = (nmm_interface){
         .friction = 0.5, .residual_friction = 0.25, .cohesion = 3e4, .tensile_strength = 1e4};
     bodies_join(&b, 1);
@@ -401,19 +407,23 @@ static void test_bond_outside_the_reach(void **unused) {
 
 // --- Carried forces
 
-static void test_initial_stress_is_in_balance(void **unused) {
-    (void)unused;
-    bodies b = {0};
-    const loop loops[2] = {{0, 4, bonded_base}, {1, 4, brick}};
-    assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+// A joint without strength under initial stress, at the start.
+static bodies stressed_brick(double sxx, double syy, double sxy) {
+    bodies b = brick_beside_base();
     bodies_join(&b, 0);
     for (int e = 0; e < 2; e++) {
-        b.state.initial_stress[3 * e] = -1e5;
-        b.state.initial_stress[3 * e + 1] = -3e5;
-        b.state.initial_stress[3 * e + 2] = 5e4;
+        b.state.initial_stress[3 * e] = sxx;
+        b.state.initial_stress[3 * e + 1] = syy;
+        b.state.initial_stress[3 * e + 2] = sxy;
     }
     bodies_find(&b, 0.01);
     bodies_evaluate(&b);
+    return b;
+}
+
+static void test_initial_stress_is_in_balance(void **unused) {
+    (void)unused;
+    bodies b = stressed_brick(-1e5, -3e5, 5e4);
     // On the brick's lower side, n = (0, -1): force -sigma n times 2 m, from below.
     const nmm_vec2 force = bodies_force(&b, 1, 0);
     assert_close(force.x, -5e4 * 2, 1e-12);
@@ -426,17 +436,8 @@ static void test_initial_stress_is_in_balance(void **unused) {
 // no work was done.
 static void test_initial_shear_beyond_friction(void **unused) {
     (void)unused;
-    bodies b = {0};
-    const loop loops[2] = {{0, 4, bonded_base}, {1, 4, brick}};
-    assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
-    bodies_join(&b, 0);
-    for (int e = 0; e < 2; e++) {
-        b.state.initial_stress[3 * e + 1] = -1e5;
-        b.state.initial_stress[3 * e + 2] = 8e4;
-    }
+    bodies b = stressed_brick(0, -1e5, 8e4);
     nmm_contact_energy energy = {0};
-    bodies_find(&b, 0.01);
-    bodies_evaluate(&b);
     bodies_commit(&b, &energy);
     assert_close(bodies_force(&b, 1, 0).x, -0.5 * 1e5 * 2, 1e-9);
     assert_close(bodies_force(&b, 1, 0).y, 1e5 * 2, 1e-9);
@@ -446,14 +447,7 @@ static void test_initial_shear_beyond_friction(void **unused) {
 
 static void test_initial_tension_opens(void **unused) {
     (void)unused;
-    bodies b = {0};
-    const loop loops[2] = {{0, 4, bonded_base}, {1, 4, brick}};
-    assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
-    bodies_join(&b, 0);
-    for (int e = 0; e < 2; e++)
-        b.state.initial_stress[3 * e + 1] = 3e5;
-    bodies_find(&b, 0.01);
-    bodies_evaluate(&b);
+    bodies b = stressed_brick(0, 3e5, 0);
     assert_near(bodies_force(&b, 1, 0).y, 0, 1e-6);
     bodies_close(&b);
 }

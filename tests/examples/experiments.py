@@ -8,7 +8,6 @@ picture into the folder `pictures` beside the page. What was measured on a GPU e
 fig7 --device target`) is kept in experiments-gpu.csv beside the page, and shown where that file is.
 """
 
-import argparse
 import csv
 import json
 import os
@@ -16,7 +15,8 @@ import shutil
 import subprocess
 import tempfile
 
-from pages import ROOT, make_parts, number, percent, table, tell_machine, write_part
+from pages import (ROOT, make_parts, number, percent, read_choices, table, tell_machine,
+                   write_part)
 
 NAMES = ("table1", "fig6", "fig7", "contact", "wall", "growth", "only")
 
@@ -155,23 +155,17 @@ def write_result(docs, name, result, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Tables and pictures of docs/experiments.md")
-    parser.add_argument("nmm", help="the program")
-    parser.add_argument("--only", action="append", choices=NAMES, help="only this experiment")
-    parser.add_argument("--quick", action="store_true", help="a try: numbers are worth nothing")
-    parser.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="folder of the pages")
-    given = parser.parse_args()
-    program = os.path.abspath(given.nmm)
+    given = read_choices("Tables and pictures of docs/experiments.md", NAMES,
+                         "numbers are worth nothing")
     page = os.path.join(given.docs, "experiments.md")
-    os.makedirs(os.path.join(given.docs, "pictures"), exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         def make(name):
-            write_result(given.docs, name, measure(program, name, given.quick, folder), folder)
+            write_result(given.docs, name, measure(given.nmm, name, given.quick, folder), folder)
         took = make_parts(given.only or NAMES, make)
     write_part(page, "gpu", show_gpu(page))
     # Where a part was measured alone, the others may be another machine's.
     if not given.only:
-        tell_machine(page, program, took)
+        tell_machine(page, given.nmm, took)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 """Pages of docs/ that programs write: tables in Markdown, parts of a page between the lines
 `<!-- bench: NAME -->` and `<!-- end -->`, the machine that measured."""
 
+import argparse
 import os
 import platform
 import re
@@ -67,6 +68,19 @@ def write_part(page, name, body):
         text = replace_part(file.read(), name, body)
     with open(page, "w", encoding="utf-8") as file:
         file.write(text)
+
+
+def read_choices(title, parts, quick):
+    """What the command line of a program asks for that makes a page in a folder; the folder's
+    pictures have a place then."""
+    parser = argparse.ArgumentParser(description=title)
+    parser.add_argument("nmm", type=os.path.abspath, help="the program")
+    parser.add_argument("--only", action="append", choices=parts, help="only this part")
+    parser.add_argument("--quick", action="store_true", help=f"a try: {quick}")
+    parser.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="folder of the page")
+    given = parser.parse_args()
+    os.makedirs(os.path.join(given.docs, "pictures"), exist_ok=True)
+    return given
 
 
 def make_parts(parts, make):

@@ -8,7 +8,6 @@ are shown, with what it named. Of a part that compares orders it is run with eac
 quickest size within each error is shown.
 """
 
-import argparse
 import json
 import os
 import re
@@ -17,7 +16,7 @@ import shutil
 import subprocess
 import tempfile
 
-from pages import ROOT, make_parts, number, table, tell_machine, write_part
+from pages import ROOT, make_parts, number, read_choices, table, tell_machine, write_part
 
 # Part of the page: knobs whose rows are shown.
 KNOBS = {"cantilever": ("scene", "size", "order", "mesh", "scheme", "tolerance"),
@@ -77,35 +76,29 @@ def measure(program, words, quick, folder):
     return json.loads(done.stdout), os.path.join(folder, picture)
 
 
-def make_part(given, program, part, page):
+def make_part(given, part, page):
     """Text of a part; its picture is put where the page wants it."""
     words = command_of(page, part)
     with tempfile.TemporaryDirectory() as folder:
         if part in ORDERS:
             each = [[*words, "--set", f"covers.order={order}"] for order in range(3)]
-            results = [measure(program, one, given.quick, folder)[0] for one in each]
+            results = [measure(given.nmm, one, given.quick, folder)[0] for one in each]
             return compare_orders(results, ORDERS[part])
-        result, picture = measure(program, words, given.quick, folder)
+        result, picture = measure(given.nmm, words, given.quick, folder)
         if f"pictures/trade-{part}.svg" in page:
             shutil.copyfile(picture, os.path.join(given.docs, "pictures", f"trade-{part}.svg"))
         return show(result, KNOBS[part])
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Tables and pictures of docs/trade.md")
-    parser.add_argument("nmm", help="the program")
-    parser.add_argument("--only", action="append", choices=PARTS, help="only this part")
-    parser.add_argument("--quick", action="store_true", help="a try: few settings")
-    parser.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="folder of the page")
-    given = parser.parse_args()
-    program, path = os.path.abspath(given.nmm), os.path.join(given.docs, "trade.md")
-    os.makedirs(os.path.join(given.docs, "pictures"), exist_ok=True)
+    given = read_choices("Tables and pictures of docs/trade.md", PARTS, "few settings")
+    path = os.path.join(given.docs, "trade.md")
     with open(path, encoding="utf-8") as file:
         page = file.read()
     took = make_parts(given.only or PARTS, lambda part: write_part(
-        path, part, make_part(given, program, part, page)))
+        path, part, make_part(given, part, page)))
     if not given.only:
-        tell_machine(path, program, took)
+        tell_machine(path, given.nmm, took)
 
 
 if __name__ == "__main__":

@@ -5,12 +5,9 @@
 // system is told.
 
 #include "nmm/nmm.h"
-#include "test.h"
+#include "own_folder.h"
 
 #include <stdlib.h>
-#include <unistd.h>
-
-static char folder[] = "linear_XXXXXX";
 
 static const char *const scene =
     "nmm: 1\n"
@@ -23,25 +20,6 @@ static const char *const scene =
     "time: {dt: 1e-3, end: 1}\n"
     "analysis: {tolerance: 1e-4}\n"
     "solver: {method: pcg, blocks: cover}\n";
-
-static int enter(void **unused) {
-    (void)unused;
-    return mkdtemp(folder) == NULL || chdir(folder) != 0;
-}
-
-static int leave(void **unused) {
-    (void)unused;
-    char command[64];
-    snprintf(command, sizeof command, "rm -r %s", folder);
-    return chdir("..") != 0 || system(command) != 0;
-}
-
-static void write_text(const char *path, const char *text) {
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    assert_true(fputs(text, file) >= 0);
-    assert_int_equal(fclose(file), 0);
-}
 
 static nmm_linear_report solve(const nmm_linear_def *def) {
     nmm_linear_report report;
@@ -384,5 +362,5 @@ int main(void) {
         cmocka_unit_test(memory_may_end),
         cmocka_unit_test(memory_may_end_in_a_dump),
     };
-    return cmocka_run_group_tests(tests, enter, leave);
+    return cmocka_run_group_tests(tests, own_folder_enter, own_folder_leave);
 }

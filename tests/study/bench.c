@@ -31,8 +31,7 @@ static void write_scene(const char *name, const char *size, const char *more) {
 }
 
 static int enter(void **unused) {
-    (void)unused;
-    if (!enter_folder()) return 1;
+    if (own_folder_enter(unused) != 0) return 1;
     assert_int_equal(mkdir("empty", 0777), 0);
     assert_int_equal(mkdir("scenes", 0777), 0);
     write_scene("scenes/coarse", "1", "");
@@ -349,5 +348,5 @@ int main(void) {
         cmocka_unit_test(files_hold_the_table),
         cmocka_unit_test(memory_may_fail_anywhere),
     };
-    return cmocka_run_group_tests(tests, enter, leave);
+    return cmocka_run_group_tests(tests, enter, own_folder_leave);
 }

@@ -47,8 +47,7 @@ static const char *const stone =
     "monitors: [{point: [1, 0.5]}]\n";
 
 static int enter(void **unused) {
-    (void)unused;
-    if (!enter_folder()) return 1;
+    if (own_folder_enter(unused) != 0) return 1;
     write_text("column.yaml", column);
     write_text("swing.yaml", swing);
     write_text("stone.yaml", stone);
@@ -463,5 +462,5 @@ int main(void) {
         cmocka_unit_test(it_ends_where_the_caller_wants),
         cmocka_unit_test(memory_may_fail_anywhere),
     };
-    return cmocka_run_group_tests(tests, enter, leave);
+    return cmocka_run_group_tests(tests, enter, own_folder_leave);
 }

@@ -6,7 +6,7 @@ Usage: bench.py --build FOLDER [--long] [--only SECTION]... [--system NAME]... [
 
 Sections, in order (--only runs some of them; results of the others stay in the build folder):
 systems   linear systems from the shipped scenes and from jointed rock of several sizes
-peers     our methods and other libraries' on each system
+peers     our methods and other libraries' on each system, in at most 20 s each from 20 000 unknowns
 long      the same for systems of 200 000 and 10^6 unknowns; only with --long
 family    the plain methods without acceleration, on small systems
 threads   a solve on one thread and on two, beside what the machine allows two threads
@@ -49,9 +49,13 @@ LONG_COURANTS = ("1", "1e5")
 # What is sensible at these sizes, ours first; those that can use two threads are tried with both.
 LONG_METHODS = ("auto", "direct", "pcg-cluster", "pcg-body", "cholmod", "mumps", "petsc-cg-2x2",
                 "petsc-cg-icc1", "petsc-cg-icc3", "petsc-gamg", "eigen-cg-icc")
-# Seconds for a method and a system, reading and analysis included; GiB of addresses.
-LONG_SECONDS = {"rock-200k": 20, "rock-1M": 60}
-LONG_MEMORY = 20
+# From 20 000 unknowns on each method runs by itself, so that one that finds no end costs the others
+# nothing: seconds for a method and a system, reading and analysis included; GiB of addresses.
+ALONE_SECONDS = {"rock-20k": 20, "rock-200k": 20, "rock-1M": 60}
+ALONE_MEMORY = 20
+# All but PLAIN; each stands for its mixed form, too.
+METHODS = ("auto", "direct", "pcg-cover", "pcg-cluster", "pcg-body", "chebyshev-cover",
+           "chebyshev-cluster", *tables.PEERS)
 # Pressure waves in the rock [m/s], for the first steps, which are made with C = 1.
 WAVE_SPEED = 1549.2
 WARM_STEPS = 3
@@ -127,16 +131,27 @@ class Bench:
     def run_peers(self):
         without = [word for name in PLAIN for word in ("-x", name)]
         for name, path in self.all_systems().items():
-            self.keep("peers_" + name, self.solve([path], "-j", 1, "-j", 2, *without))
+            if name.split("_")[0] in ALONE_SECONDS:
+                self.solve_in_turn(name, path, METHODS, "-b", self.given.budget, *without)
+            else:
+                self.keep("peers_" + name, self.solve([path], "-j", 1, "-j", 2, *without))
             print(name, flush=True)
 
-    def solve_alone(self, path, method):
+    def solve_in_turn(self, name, path, methods, *words):
+        """Each method in a process of its own, with what it reached in its time."""
+        found = []
+        for method in methods:
+            text, why = self.solve_alone(name, path, method, words)
+            found.append(results.completed(name, method, text, why))
+            print(found[-1], end="", flush=True)
+        self.keep("peers_" + name, "".join(found))
+
+    def solve_alone(self, name, path, method, words):
         """One method by itself: what it printed, and why it ended if that was not the last line."""
-        limit = LONG_SECONDS[os.path.basename(path).split("_")[0]]
-        command = [os.path.join(self.programs, "bench_peers"), "-b", "1", "-s", str(limit / 3),
-                   "-t", "1e-6", "-t", "1e-10", "-j", "1", "-j", "2", "-o", method, "-x", "mixed",
-                   path]
-        memory = LONG_MEMORY << 30
+        limit = ALONE_SECONDS[name.split("_")[0]]
+        command = [os.path.join(self.programs, "bench_peers"), "-s", str(limit / 3), "-t", "1e-6",
+                   "-t", "1e-10", "-j", "1", "-j", "2", "-o", method, *map(str, words), path]
+        memory = ALONE_MEMORY << 30
         try:
             done = subprocess.run(
                 command, stdout=subprocess.PIPE, text=True, check=False, timeout=limit,
@@ -155,12 +170,7 @@ class Bench:
                 if not self.wanted(name):
                     continue
                 path = self.rock(name, rock, courant)
-                found = []
-                for method in LONG_METHODS:
-                    text, why = self.solve_alone(path, method)
-                    found.append(results.completed(name, method, text, why))
-                    print(found[-1], end="", flush=True)
-                self.keep("peers_" + name, "".join(found))
+                self.solve_in_turn(name, path, LONG_METHODS, "-b", 1, "-x", "mixed")
 
     def run_family(self):
         only = [word for name in PLAIN for word in ("-o", name)]

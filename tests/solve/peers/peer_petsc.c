@@ -19,6 +19,9 @@
 #define MAX_ITERATIONS 50000
 // An incomplete factor that needs more than this has failed.
 #define MAX_ITERATIONS_OF_FACTOR 2000
+// Solutions with a whole factor, as with the other libraries' ones: on a system that is singular to
+// working precision more of them do not help.
+#define MAX_REFINEMENTS 5
 
 enum { BY_NUMBERS, BY_BLOCKS };
 enum { JACOBI, BLOCK_JACOBI, INCOMPLETE, MULTIGRID, CHOLESKY, MUMPS };
@@ -162,8 +165,10 @@ static void *open_petsc(const bench_system *system, const bench_method *method, 
     petsc *p = calloc(1, sizeof *p);
     if (p == NULL) return NULL;
     p->system = system;
-    const bool factor = method->choice[1] == INCOMPLETE;
-    p->max_iterations = factor ? MAX_ITERATIONS_OF_FACTOR : MAX_ITERATIONS;
+    const bool incomplete = method->choice[1] == INCOMPLETE;
+    p->max_iterations = method->family == BENCH_DIRECT ? MAX_REFINEMENTS
+                        : incomplete                   ? MAX_ITERATIONS_OF_FACTOR
+                                                       : MAX_ITERATIONS;
     if (make(p, method) == 0) return p;
     close_petsc(p);
     return NULL;
