@@ -140,7 +140,7 @@ static double stiffest_contact(const nmm_sim *sim) {
 // Augmented contact chooses its springs by the same measure.
 static bool is_clouded(const nmm_sim *sim) {
     return sim->system.cover_give == NULL &&
-           nmm_balance_clouded(&sim->balance, sim->settings.tolerance);
+           nmm_balance_clouded(&sim->balance, sim->settings.tolerance, NMM_GAP_ROUNDING);
 }
 
 static void say_unsettled(nmm_sim *sim, double share, bool stands) {

@@ -35,6 +35,12 @@
 /// What rounding may make of a force in springs that become stiffer.
 #define NMM_SPRING_ROUNDING 1e-3
 
+/// Rounding of a gap and of a slip where passes of statics gain nothing more, in rounding errors of
+/// the scene's size: of three places, each a sum over its covers, and of their differences. Springs
+/// stiff enough change their mode by it, pass after pass. In motion what is left would add up in
+/// the ledger, and inertia stands against such changes.
+#define NMM_GAP_ROUNDING 16
+
 /// Part of the force of a group of supports that their springs may hold beside the carried force:
 /// at rest, and in motion, where forces change in each step and a closer share would take rounds in
 /// all.
@@ -108,11 +114,13 @@ typedef struct nmm_support_group {
     double stiffness, force; // [N/m, N] of all, forces before they cancel
     double raised[2];        // [m] how far in this try
     double weight;           // [1/m] of distances, next to the forces that the try began with
+    int block;               // that they hold
 } nmm_support_group;
 
 /// How supports are raised: from what the last rounds changed follows what the next one is to.
 typedef struct nmm_raising {
     nmm_support_group *group; // [n_support_group]
+    double *largest;          // [n_block] N, force of a group on the blocks that may touch
     double *place, *change;   // [n_support_group][2] of the mixing, weighted
     nmm_mixing mixing;
     int n_late; // steps of statics that ended before all stood

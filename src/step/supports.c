@@ -8,10 +8,12 @@
 #include "step.h"
 
 #include <math.h>
+#include <string.h>
 
-// Groups that bear next to nothing count as bearing this part of the largest force. The more once
-// so many steps of statics ended before all stood: a thin block that neighbours clamp hardly moves
-// by its own supports, and to put it back exactly would take forces of any size.
+// Groups that bear next to nothing count as bearing this part of the largest force on blocks that
+// may touch. The more once so many steps of statics ended before all stood: a thin block that
+// neighbours clamp hardly moves by its own supports, and to put it back exactly would take forces
+// of any size.
 #define LEAST_FORCE 1e-3
 #define LEAST_FORCE_LATE 0.1
 enum { LATE = 4, VERY_LATE = 10 };
@@ -20,16 +22,24 @@ nmm_status nmm_raising_open(nmm_context *context, nmm_raising *raising, const nm
     const int n = model->n_support_group;
     if (n == 0) return NMM_OK;
     TRY(nmm_allocate(context, &raising->group, (size_t)n, sizeof *raising->group));
+    TRY(nmm_allocate(context, &raising->largest, (size_t)model->n_block, sizeof(double)));
     TRY(nmm_allocate(context, &raising->place, 2 * (size_t)n, sizeof(double)));
     TRY(nmm_allocate(context, &raising->change, 2 * (size_t)n, sizeof(double)));
+    for (int s = 0; s < model->n_support; s++) {
+        const nmm_support *support = &model->support[s];
+        if (support->group < 0) continue;
+        raising->group[support->group].block = model->element_block[support->element];
+    }
     return nmm_mixing_open(context, &raising->mixing, 2 * n);
 }
 
 void nmm_raising_close(nmm_context *context, nmm_raising *raising) {
     nmm_release(context, &raising->group);
+    nmm_release(context, &raising->largest);
     nmm_release(context, &raising->place);
     nmm_release(context, &raising->change);
     nmm_mixing_close(context, &raising->mixing);
+    *raising = (nmm_raising){0};
 }
 
 // --- Do they stand?
@@ -52,16 +62,17 @@ static void add_support(nmm_sim *sim, int s, double end) {
 }
 
 // Mean distance of each group of supports from its place, weighted by length; its stiffness and the
-// forces it bears. Returns the largest of these.
-static double measure_groups(nmm_sim *sim, double end) {
+// forces it bears, and the largest of these among blocks that may touch.
+static void measure_groups(nmm_sim *sim, double end) {
     const int n = sim->model.n_support_group;
-    double largest = 0;
+    if (n == 0) return;
+    memset(sim->raising.largest, 0, (size_t)sim->model.n_block * sizeof(double));
     for (int g = 0; g < n; g++) {
         nmm_support_group *group = &sim->raising.group[g];
         group->error[0] = group->error[1] = 0;
         group->length = group->stiffness = group->force = 0;
     }
-    for (int s = 0; s < sim->model.n_support && n > 0; s++)
+    for (int s = 0; s < sim->model.n_support; s++)
         add_support(sim, s, end);
     for (int g = 0; g < n; g++) {
         nmm_support_group *group = &sim->raising.group[g];
@@ -69,37 +80,37 @@ static double measure_groups(nmm_sim *sim, double end) {
         if (group->length == 0) continue;
         group->error[0] /= group->length;
         group->error[1] /= group->length;
-        largest = nmm_max(largest, group->force);
+        double *largest = &sim->raising.largest[sim->balance.group[group->block]];
+        *largest = nmm_max(*largest, group->force);
     }
-    return largest;
 }
 
 // Force that the distances of a group are compared with.
-static double force_of(const nmm_sim *sim, const nmm_support_group *group, double largest) {
+static double force_of(const nmm_sim *sim, const nmm_support_group *group) {
     const double least = sim->raising.n_late < LATE ? LEAST_FORCE : LEAST_FORCE_LATE;
-    return nmm_max(group->force, least * largest);
+    return nmm_max(group->force, least * sim->raising.largest[sim->balance.group[group->block]]);
 }
 
 // Is the mean distance small, next to the scene and to what the springs would give under the whole
 // force?
-static bool stands(const nmm_sim *sim, const nmm_support_group *group, double largest) {
+static bool stands(const nmm_sim *sim, const nmm_support_group *group) {
     const double error = larger(group->error), height = sim->model.height;
     if (error > 0.1 * sim->settings.tolerance * height) return false;
-    const double force = force_of(sim, group, largest);
+    const double force = force_of(sim, group);
     const bool rests = sim->settings.is_static;
     const double share = rests ? NMM_SUPPORT_SHARE : NMM_SUPPORT_SHARE_MOVING;
     return error <= 1e-14 * height || group->stiffness * error <= share * force;
 }
 
-static bool all_stand(const nmm_sim *sim, double largest) {
+static bool all_stand(const nmm_sim *sim) {
     for (int g = 0; g < sim->model.n_support_group; g++)
-        if (!stands(sim, &sim->raising.group[g], largest)) return false;
+        if (!stands(sim, &sim->raising.group[g])) return false;
     return true;
 }
 
 bool nmm_supports_stand(nmm_sim *sim, double end) {
-    const double largest = measure_groups(sim, end);
-    return all_stand(sim, largest);
+    measure_groups(sim, end);
+    return all_stand(sim);
 }
 
 // --- A round
@@ -131,17 +142,17 @@ void nmm_supports_begin(nmm_sim *sim) {
 }
 
 // Distances count by what they are of those that the springs of the group would give.
-static double weight_of(const nmm_sim *sim, const nmm_support_group *group, double largest) {
-    const double force = force_of(sim, group, largest);
+static double weight_of(const nmm_sim *sim, const nmm_support_group *group) {
+    const double force = force_of(sim, group);
     return force > 0 && group->stiffness > 0 ? group->stiffness / force : 1;
 }
 
 // The distances become those that the groups are to be raised by.
-static void mix_round(nmm_sim *sim, double largest, bool alone) {
+static void mix_round(nmm_sim *sim, bool alone) {
     nmm_raising *raising = &sim->raising;
     for (int g = 0; g < sim->model.n_support_group; g++) {
         nmm_support_group *group = &raising->group[g];
-        if (group->weight == 0) group->weight = weight_of(sim, group, largest);
+        if (group->weight == 0) group->weight = weight_of(sim, group);
         for (int x = 0; x < 2; x++) {
             raising->place[2 * g + x] = group->weight * group->raised[x];
             raising->change[2 * g + x] = group->weight * group->error[x];
@@ -170,9 +181,9 @@ static bool may_raise(const nmm_sim *sim, double h) {
 bool nmm_supports_raise(nmm_sim *sim, const nmm_step_state *step, bool alone) {
     const nmm_model *model = &sim->model;
     if (model->n_support_group == 0 || !may_raise(sim, step->h)) return false;
-    const double largest = measure_groups(sim, step->end);
-    if (all_stand(sim, largest)) return false;
-    mix_round(sim, largest, alone);
+    measure_groups(sim, step->end);
+    if (all_stand(sim)) return false;
+    mix_round(sim, alone);
     for (int s = 0; s < model->n_support; s++) {
         const nmm_support *support = &model->support[s];
         if (support->group < 0) continue;

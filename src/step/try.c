@@ -235,6 +235,15 @@ static bool balanced(nmm_sim *sim, passes *p, double h) {
     return p->worst[p->n] <= (first ? NMM_FIRST_PASS : 1);
 }
 
+// Statics whose passes gain nothing more: is what they leave rounding of the places?
+static bool is_rounding(nmm_sim *sim, double h) {
+    if (!sim->settings.is_static) return false;
+    sim->balance.gap_rounding = NMM_GAP_ROUNDING;
+    const bool is = worst_balance(sim, h) <= 1;
+    sim->balance.gap_rounding = 1;
+    return is;
+}
+
 // Norm of the unbalanced forces, by the weights of the try [N]: does it gain? Not next to the
 // forces, which fall as well while bodies that overlap are pushed apart.
 static double unbalance(const nmm_sim *sim) {
@@ -268,7 +277,8 @@ static double drift_allowed(const nmm_sim *sim, double h) {
 
 // Springs may become stiffer while the rounding of places is nothing in them.
 static bool may_stiffen(const nmm_sim *sim, const passes *p) {
-    const double rounding = nmm_contact_rounding(sim->search, &sim->model, &sim->state);
+    const double rounding =
+        sim->balance.gap_rounding * nmm_contact_rounding(sim->search, &sim->model, &sim->state);
     return p->stiffer < NMM_SPRING_STIFFEST && NMM_SPRING_STIFFER * rounding <= NMM_SPRING_ROUNDING;
 }
 
@@ -330,7 +340,8 @@ typedef enum judgement { SOLVE_ON, LOOK_AGAIN, TRY_ENDED } judgement;
 static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
     p->unbalance[p->n] = unbalance(sim);
     if (p->n == 0) return SOLVE_ON;
-    if (balanced(sim, p, step->h)) {
+    const bool goes_on = p->n < NMM_MAX_PASS && !gains_nothing(p);
+    if (balanced(sim, p, step->h) || (!goes_on && is_rounding(sim, step->h))) {
         *outcome = NMM_TRY_SETTLED;
         const bool broke = nmm_contact_break(&sim->model, &sim->state) > 0;
         const bool contacts = !broke && raise_contacts(sim, p);
@@ -348,7 +359,7 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
         p->n = 1; // the count of passes is for one set of bonds and carried forces
         return LOOK_AGAIN;
     }
-    if (p->n < NMM_MAX_PASS && !gains_nothing(p)) return SOLVE_ON;
+    if (goes_on) return SOLVE_ON;
     const bool quiet = count_flips(&p->verdict) == 0;
     say_why(sim, &p->verdict, quiet ? "forces do not balance" : "contacts keep changing mode");
     *outcome = quiet ? NMM_TRY_FORCES : NMM_TRY_FLIPS;
