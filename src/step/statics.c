@@ -136,11 +136,10 @@ static double stiffest_contact(const nmm_sim *sim) {
     return stiffest;
 }
 
-// Does the rounding of places, in springs as stiff as the scene wants them, hide the balance?
-// Augmented contact chooses its springs by the same measure.
-static bool is_clouded(const nmm_sim *sim) {
-    return sim->system.cover_give == NULL &&
-           nmm_balance_clouded(&sim->balance, sim->settings.tolerance, NMM_GAP_ROUNDING);
+// Is the rounding of places, in springs as stiff as the scene wants them, more than a part of
+// forces? Augmented contact chooses its springs by the same measure.
+static bool is_clouded(const nmm_sim *sim, double part, double rounding) {
+    return sim->system.cover_give == NULL && nmm_balance_clouded(&sim->balance, part, rounding);
 }
 
 static void say_unsettled(nmm_sim *sim, double share, bool stands) {
@@ -150,7 +149,7 @@ static void say_unsettled(nmm_sim *sim, double share, bool stands) {
     else if (stands)
         snprintf(what, sizeof what, "forces of %.2g times those that act are still not balanced",
                  share);
-    if (is_clouded(sim))
+    if (is_clouded(sim, sim->settings.tolerance, NMM_GAP_ROUNDING))
         snprintf(why, sizeof why,
                  ": contact springs of %.2g N/m make more of the rounding of places than "
                  "analysis.tolerance allows; lower contact.penalty or normal_stiffness",
@@ -170,16 +169,17 @@ void nmm_static_judge(nmm_sim *sim, double h) {
                          sim->report.move * sim->allowed_now <= 1e-13 * sim->model.height;
     // Supports that still give way, and contacts, are raised further in the next step.
     const bool stands = nmm_supports_stand(sim, sim->settings.end);
+    const bool settled = stands && !sim->overlaps && !is_clouded(sim, NMM_CLOUDED, 1);
     const double stored = stored_part(sim);
     sim->raising.n_late += !stands;
-    if ((excess <= 1 || at_rest) && stands && !sim->overlaps) {
+    if ((excess <= 1 || at_rest) && settled) {
         sim->state.time = sim->report.time = sim->settings.end;
         end_with(sim, NMM_END_COMPLETED);
         return;
     }
     nmm_vec2 way = {0, 0};
     const int block = furthest_block(sim, &way);
-    const bool clouded = is_clouded(sim);
+    const bool clouded = is_clouded(sim, sim->settings.tolerance, NMM_GAP_ROUNDING);
     sim->n_free = block >= 0 && is_free(sim, way, stored) ? sim->n_free + 1 : 0;
     if (sim->n_free >= FREE_STEPS) {
         say_free(sim, block, way, share_of(sim, block));

@@ -41,6 +41,9 @@
 /// the ledger, and inertia stands against such changes.
 #define NMM_GAP_ROUNDING 16
 
+/// Part of the forces of a block that this rounding may be in statics.
+#define NMM_CLOUDED 1e-2
+
 /// Part of the force of a group of supports that their springs may hold beside the carried force:
 /// at rest, and in motion, where forces change in each step and a closer share would take rounds in
 /// all.

@@ -235,9 +235,11 @@ static bool balanced(nmm_sim *sim, passes *p, double h) {
     return p->worst[p->n] <= (first ? NMM_FIRST_PASS : 1);
 }
 
-// Statics whose passes gain nothing more: is what they leave rounding of the places?
+// Statics whose passes gain nothing more: is what they leave rounding of the places, and next to
+// nothing beside the forces?
 static bool is_rounding(nmm_sim *sim, double h) {
     if (!sim->settings.is_static) return false;
+    if (nmm_balance_clouded(&sim->balance, NMM_CLOUDED, NMM_GAP_ROUNDING)) return false;
     sim->balance.gap_rounding = NMM_GAP_ROUNDING;
     const bool is = worst_balance(sim, h) <= 1;
     sim->balance.gap_rounding = 1;
