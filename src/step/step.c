@@ -279,10 +279,19 @@ static void end_early(nmm_sim *sim, nmm_try outcome, double h) {
     snprintf(sim->summary.reason, sizeof sim->summary.reason, "%s", report->reason);
 }
 
+// Stiff springs of augmented contact gain much in a round, but contacts may open and close with
+// them for ever; softer ones take more rounds, and find the same forces. A step that is cut instead
+// begins too fast where friction has to set in: its springs need a way for it.
+static bool may_be_gentle(const nmm_sim *sim, nmm_try outcome) {
+    const bool in_vain =
+        outcome == NMM_TRY_FLIPS || outcome == NMM_TRY_FORCES || outcome == NMM_TRY_CARRIED;
+    return in_vain && sim->stiff && !sim->gentle;
+}
+
 // Tries until one settles; *h is its length. report->end tells when none did.
 static nmm_status settle_step(nmm_sim *sim, double *h) {
     nmm_step_report *report = &sim->report;
-    for (;;) {
+    for (sim->gentle = false;;) {
         nmm_try outcome = NMM_TRY_SETTLED;
         TRY(nmm_step_try(sim, *h, &outcome));
         if (report->move > 1 + 1e-9 && outcome == NMM_TRY_SETTLED) outcome = NMM_TRY_MOVED;
@@ -296,6 +305,8 @@ static nmm_status settle_step(nmm_sim *sim, double *h) {
             say_inside_out(sim, inside_out);
         }
         if (outcome == NMM_TRY_SETTLED) return NMM_OK;
+        sim->gentle = may_be_gentle(sim, outcome);
+        if (sim->gentle) continue;
         *h = shorter(sim, *h, outcome);
         report->cuts += 1;
         sim->summary.dt_cuts += 1;

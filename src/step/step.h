@@ -170,6 +170,8 @@ struct nmm_sim {
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
     nmm_contact *start_contact;
+    bool gentle; // springs of augmented contacts have the least stiffness in this try
+    bool stiff;  // some had more in the last one
     int start_capacity;
 
     // Stored energies at the last accepted state [J].

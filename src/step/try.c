@@ -293,11 +293,14 @@ static bool raise_contacts(nmm_sim *sim, passes *p) {
     p->give = nmm_contact_give(sim->search, &sim->model, &sim->state) / p->stiffer;
     if (p->give <= NMM_SPRING_SHARE) return false;
     const bool slow = p->give > NMM_SPRING_GAIN * before;
-    const bool stiffer = slow && may_stiffen(sim, p);
+    // Gently: only where little is left, so that nothing opens for it.
+    const bool allowed = !sim->gentle || p->give <= NMM_SPRING_SHARE_LEFT;
+    const bool stiffer = slow && allowed && may_stiffen(sim, p);
     if (!stiffer && p->give > 0.9 * before && p->give <= NMM_SPRING_SHARE_LEFT) return false;
     nmm_contact_raise(sim->search, &sim->state, stiffer ? NMM_SPRING_STIFFER : 1);
     if (!stiffer) return true;
     p->stiffer *= NMM_SPRING_STIFFER;
+    sim->stiff = true;
     // The matrix has the springs as they were.
     p->drift = INFINITY;
     return true;
@@ -358,7 +361,10 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
             if (contacts && !sim->settings.is_static) *outcome = NMM_TRY_CARRIED;
             return TRY_ENDED;
         }
-        p->n = 1; // the count of passes is for one set of bonds and carried forces
+        // Passes are counted for one set of bonds and carried forces.
+        p->n = 1;
+        p->n_vain = 0;
+        p->in_vain = false;
         return LOOK_AGAIN;
     }
     if (goes_on) return SOLVE_ON;
@@ -507,7 +513,7 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     nmm_supports_begin(sim);
     sim->overlaps = false;
     restore_start(sim);
-    nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h);
+    sim->stiff = nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h, sim->gentle);
     begin_move(sim, h, step.end);
     // Carried forces remember the way that passes take, and statics have many equilibria. Under
     // loads that set in at once bodies that touch may part anywhere: large slopes then found no

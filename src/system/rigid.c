@@ -110,9 +110,10 @@ static double least_stiffness(const nmm_system *system, const nmm_model *model,
     return LEAST * both * contact->spring_length / model->size;
 }
 
-void nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
-                        double h) {
-    if (system->cover_give == NULL) return;
+bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
+                        double h, bool gentle) {
+    bool stiff = false;
+    if (system->cover_give == NULL) return stiff;
     const double inertia = 2 / (h * h) + 2 * system->damping / h;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *contact = &state->contact[k];
@@ -122,10 +123,15 @@ void nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_st
         // Between what is held there is nothing to hold.
         if (!(all.elastic > 0)) continue;
         const double least = least_stiffness(system, model, contact);
-        contact->normal_stiffness = nmm_max(contact->normal_stiffness, least);
-        contact->shear_stiffness = nmm_max(contact->shear_stiffness, least / 2.5);
         contact->hasty = inertia * all.elastic > SLOW * all.inertial;
+        const bool softened = gentle && !contact->hasty;
+        const double own[2] = {softened ? 0 : contact->normal_stiffness,
+                               softened ? 0 : contact->shear_stiffness};
+        stiff |= !contact->hasty && own[0] > least;
+        contact->normal_stiffness = nmm_max(own[0], least);
+        contact->shear_stiffness = nmm_max(own[1], least / 2.5);
         if (contact->hasty) limit_carried(contact);
         contact->force_before = contact->normal_force;
     }
+    return stiff;
 }

@@ -72,9 +72,6 @@ void row_true(const char *name, const char *expected, bool measured);
 void row_note(const char *name, double measured);
 /// Residual of the energy ledger against its largest term, at most 1e-8.
 void row_ledger(const char *name, const run *r);
-/// From here to rows_end() rows may fail: they stay in the book as failures, with the reason, but
-/// do not fail the test.
-void rows_known(const char *why);
 /// Fails the test when a row since the last call did.
 void rows_end(void);
 

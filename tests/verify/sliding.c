@@ -172,13 +172,13 @@ static void test_threshold_below_augmented(void **state) {
     rows_end();
 }
 
+// The quick part is one where stiff springs open and close for ever in the first step.
 static void test_threshold_above_augmented(void **state) {
     (void)state;
-    if (run_all())
-        rows_known("at mu 0.8 the first step is cut, and the block starts with 3e-4 m/s");
-    for (double penalty = 1; run_all() && penalty <= 1000; penalty *= 10) {
+    const int first = run_all() ? 1 : 8, last = run_all() ? 10 : 8;
+    for (double penalty = run_all() ? 1 : 1000; penalty <= 1000; penalty *= 10) {
         double worst = 0;
-        for (int k = 1; k <= 10; k++) {
+        for (int k = first; k <= last; k++) {
             const double angle = atan(0.1 * k) + radians(0.5);
             const double way = 0.5 * GRAVITY * (sin(angle) - cos(angle) * 0.1 * k) * 4;
             worst = fmax(worst, fabs(threshold_way(k, 0.5, penalty) / way - 1));
