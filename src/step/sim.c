@@ -133,8 +133,7 @@ static nmm_status allocate_start(nmm_sim *sim) {
     TRY(nmm_allocate(&sim->context, &sim->start_velocity, n, sizeof(double)));
     TRY(nmm_allocate(&sim->context, &sim->start_position, 2 * (size_t)model->n_point,
                      sizeof(double)));
-    TRY(nmm_allocate(&sim->context, &sim->group, (size_t)model->n_support_group,
-                     sizeof *sim->group));
+    TRY(nmm_raising_open(&sim->context, &sim->raising, model));
     return nmm_allocate(&sim->context, &sim->start_support, 2 * (size_t)model->n_support,
                         sizeof(double));
 }
@@ -183,7 +182,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_release(context, &sim->start_position);
     nmm_release(context, &sim->start_support);
     nmm_release(context, &sim->start_contact);
-    nmm_release(context, &sim->group);
+    nmm_raising_close(context, &sim->raising);
     nmm_state_destroy(context, &sim->state);
     nmm_model_destroy(context, &sim->model);
     nmm_scene_destroy(context, &sim->scene);
