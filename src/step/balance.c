@@ -26,6 +26,7 @@ nmm_status nmm_balance_open(nmm_context *context, nmm_balance *balance, const nm
                             const nmm_system *system) {
     const size_t n = (size_t)model->n_block;
     balance->n_block = model->n_block;
+    balance->gap_rounding = 1;
     TRY(nmm_allocate(context, &balance->held, n, sizeof(bool)));
     TRY(nmm_allocate(context, &balance->group, n, sizeof(int)));
     TRY(nmm_allocate(context, &balance->count, n, sizeof(int)));
@@ -90,7 +91,8 @@ static void add_gaps(nmm_balance *balance, const nmm_model *model, const nmm_sta
     for (int k = 0; k < state->n_contact; k++) {
         const nmm_contact *contact = &state->contact[k];
         if (contact->mode == NMM_CONTACT_OPEN) continue;
-        const double force = square(contact->normal_stiffness * model->height);
+        const double force =
+            square(balance->gap_rounding * contact->normal_stiffness * model->height);
         const int a = model->vertex_block[contact->vertex], b = model->vertex_block[contact->edge];
         // What is held has nothing to balance.
         balance->block[a].rounding += balance->held[a] ? 0 : force;
@@ -179,6 +181,16 @@ double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, cons
 double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                          double tolerance) {
     return nmm_balance_worst_of(balance, system, model, system->residual, tolerance);
+}
+
+bool nmm_balance_clouded(const nmm_balance *balance, double tolerance, double rounding) {
+    for (int b = 0; b < balance->n_block; b++) {
+        const nmm_balance_sums *block = &balance->block[b];
+        if (block->force > 0 &&
+            square(rounding) * block->rounding > square(tolerance) * block->force)
+            return true;
+    }
+    return false;
 }
 
 // --- Weights

@@ -6,6 +6,8 @@
 
 #include "nearby.h"
 
+#include "step.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -22,11 +24,9 @@ enum { N_BIN = 128 };
 nmm_status nmm_nearby_open(nmm_context *context, nmm_nearby *nearby, const nmm_model *model) {
     const size_t n = (size_t)model->n_cover;
     nearby->model = model;
-    for (int m = 0; m < model->n_material; m++) {
-        const nmm_material *material = &model->material[m];
-        const double speed = sqrt(material->youngs_modulus / material->density);
-        nearby->speed = nmm_max(nearby->speed, speed);
-    }
+    double slowest, fastest;
+    nmm_wave_squares(model, &slowest, &fastest);
+    nearby->speed = sqrt(fastest);
     TRY(nmm_allocate(context, &nearby->row, n, sizeof(int)));
     TRY(nmm_allocate(context, &nearby->place, n, sizeof(int)));
     TRY(nmm_allocate(context, &nearby->body, n, sizeof(int)));

@@ -36,6 +36,15 @@
 /// What rounding may make of a force in springs that become stiffer.
 #define NMM_SPRING_ROUNDING 1e-3
 
+/// Rounding of a gap and of a slip where passes of statics gain nothing more, in rounding errors of
+/// the scene's size: of three places, each a sum over its covers, and of their differences. Springs
+/// stiff enough change their mode by it, pass after pass. In motion what is left would add up in
+/// the ledger, and inertia stands against such changes.
+#define NMM_GAP_ROUNDING 16
+
+/// Part of the forces of a block that this rounding may be in statics.
+#define NMM_CLOUDED 1e-2
+
 /// Part of the force of a group of supports that their springs may hold beside the carried force:
 /// at rest, and in motion, where forces change in each step and a closer share would take rounds in
 /// all.
@@ -106,10 +115,22 @@ typedef struct nmm_costs {
 } nmm_costs;
 
 /// Supports that are raised together.
-typedef struct nmm_support_sums {
+typedef struct nmm_support_group {
     double error[2], length; // mean distance from their place, boundary length [m]
     double stiffness, force; // [N/m, N] of all, forces before they cancel
-} nmm_support_sums;
+    double raised[2];        // [m] how far in this try
+    double weight;           // [1/m] of distances, next to the forces that the try began with
+    int block;               // that they hold
+} nmm_support_group;
+
+/// How supports are raised: from what the last rounds changed follows what the next one is to.
+typedef struct nmm_raising {
+    nmm_support_group *group; // [n_support_group]
+    double *largest;          // [n_block] N, force of a group on the blocks that may touch
+    double *place, *change;   // [n_support_group][2] of the mixing, weighted
+    nmm_mixing mixing;
+    int n_late; // steps of statics that ended before all stood
+} nmm_raising;
 
 /// What is left of the forces on a body that nothing holds, as a whole, and what resists.
 typedef struct nmm_free_body {
@@ -145,6 +166,7 @@ struct nmm_sim {
 
     nmm_balance balance;      // of the forces, block by block
     nmm_free_body *free_body; // [n_block]; NULL: the scheme does not keep momenta
+    nmm_raising raising;      // of supports
     double speed;             // [m/s] largest motion of a point in the last step
 
     // The state at the start of the step, to go back to.
@@ -152,10 +174,8 @@ struct nmm_sim {
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
     nmm_contact *start_contact;
-    nmm_support_sums *group; // [n_support_group] scratch
-    bool gave_way;           // supports have not come to rest in the last try
-    bool gentle;             // springs of augmented contacts have the least stiffness in this try
-    bool stiff;              // some had more in the last one
+    bool gentle; // springs of augmented contacts have the least stiffness in this try
+    bool stiff;  // some had more in the last one
     int start_capacity;
 
     // Stored energies at the last accepted state [J].
@@ -163,6 +183,9 @@ struct nmm_sim {
     double kinetic0, strain0;
     nmm_contact_energy contact_energy;
     nmm_energy energy;
+    nmm_energy judged; // statics: the same after the step before
+    bool overlaps;     // statics: augmented contacts of the last try have not come to rest
+    int n_free;        // last steps in which a block seemed to be free
 
     nmm_summary summary;    // running totals
     nmm_step_report report; // of the last step
@@ -181,6 +204,23 @@ static inline double nmm_sim_time_after(const nmm_sim *sim, double h) {
 /// Statics: has the state that was just accepted come to rest, or is there no equilibrium? Sets end
 /// and reason of report and summary.
 void nmm_static_judge(nmm_sim *sim, double h);
+
+/// Room to raise supports in.
+nmm_status nmm_raising_open(nmm_context *context, nmm_raising *raising, const nmm_model *model);
+void nmm_raising_close(nmm_context *context, nmm_raising *raising);
+
+/// A try begins: what supports were raised by in others counts no more.
+void nmm_supports_begin(nmm_sim *sim);
+
+/// Raise the carried forces of supports, eq. (4.7), which the last rounds tell how to where nothing
+/// else was raised (`alone`); false when none gave way, or the step is too short for it.
+bool nmm_supports_raise(nmm_sim *sim, const nmm_step_state *step, bool alone);
+
+/// Do supports stand where they should at the time `end`, in the state as it is?
+bool nmm_supports_stand(nmm_sim *sim, double end);
+
+/// Youngs modulus over density, the square of a wave's speed, [m2/s2]: smallest and largest.
+void nmm_wave_squares(const nmm_model *model, double *slowest, double *fastest);
 
 /// Change of time since the last call of it is added to *phase.
 void nmm_sim_clock(nmm_sim *sim, double *phase);

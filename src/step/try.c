@@ -109,12 +109,16 @@ static nmm_solve_options solve_options(const nmm_sim *sim, const passes *p) {
         [NMM_SCENE_BLOCKS_CLUSTER] = NMM_BLOCKS_CLUSTER,
         [NMM_SCENE_BLOCKS_BODY] = NMM_BLOCKS_BODY,
     };
+    static const nmm_solve_precision precision[] = {
+        [NMM_SCENE_DOUBLE] = NMM_PRECISION_DOUBLE,
+        [NMM_SCENE_MIXED] = NMM_PRECISION_MIXED,
+        [NMM_SCENE_PRECISION_AUTO] = NMM_PRECISION_AUTO,
+    };
     return (nmm_solve_options){
         .coupling = couples(sim, p) ? &sim->system.coupling : NULL,
         .method = nmm_step_method(sim),
         .blocks = blocks[settings->blocks],
-        .precision =
-            settings->precision == NMM_SCENE_MIXED ? NMM_PRECISION_MIXED : NMM_PRECISION_DOUBLE,
+        .precision = precision[settings->precision],
         // The coarse correction is on the host only.
         .place = sim->comparable ? NULL : sim->model.cover_place,
         .body = sim->comparable ? NULL : nmm_system_body(&sim->system, &sim->model),
@@ -256,6 +260,17 @@ static bool balanced(nmm_sim *sim, passes *p, double h) {
     return p->worst[p->n] <= (first ? NMM_FIRST_PASS : 1);
 }
 
+// Statics whose passes gain nothing more: is what they leave rounding of the places, and next to
+// nothing beside the forces?
+static bool is_rounding(nmm_sim *sim, double h) {
+    if (!sim->settings.is_static) return false;
+    if (nmm_balance_clouded(&sim->balance, NMM_CLOUDED, NMM_GAP_ROUNDING)) return false;
+    sim->balance.gap_rounding = NMM_GAP_ROUNDING;
+    const bool is = worst_balance(sim, h) <= 1;
+    sim->balance.gap_rounding = 1;
+    return is;
+}
+
 // Norm of the unbalanced forces, by the weights of the try [N]: does it gain? Not next to the
 // forces, which fall as well while bodies that overlap are pushed apart.
 static double unbalance(const nmm_sim *sim) {
@@ -277,81 +292,20 @@ static bool gains_nothing(const passes *p) {
     return stagnates(p->unbalance + 1, p->n) && stagnates(p->worst + 1, p->n);
 }
 
-static double larger(const double v[2]) {
-    return nmm_max(fabs(v[0]), fabs(v[1]));
-}
-
-// Mean distance of each group of supports from its place, weighted by length; its stiffness and the
-// forces it bears. Returns the largest of these.
-static double measure_groups(nmm_sim *sim, double end) {
-    const nmm_model *model = &sim->model;
-    nmm_support_sums *group = sim->group;
-    double largest = 0;
-    if (model->n_support_group == 0) return 0;
-    memset(group, 0, (size_t)model->n_support_group * sizeof *group);
-    for (int s = 0; s < model->n_support; s++) {
-        const nmm_support *support = &model->support[s];
-        if (support->group < 0) continue;
-        nmm_support_sums *sum = &group[support->group];
-        const nmm_vec2 error = nmm_support_error(model, &sim->state, s, end);
-        const nmm_vec2 force = nmm_support_reaction(model, &sim->state, s, error);
-        sum->error[0] += support->length * error.x;
-        sum->error[1] += support->length * error.y;
-        sum->length += support->length;
-        sum->stiffness += support->stiffness;
-        sum->force += nmm_max(fabs(force.x), fabs(force.y));
-    }
-    for (int g = 0; g < model->n_support_group; g++) {
-        group[g].error[0] /= group[g].length;
-        group[g].error[1] /= group[g].length;
-        largest = nmm_max(largest, group[g].force);
-    }
-    return largest;
-}
-
-// Is the mean distance small, next to the scene and to what the springs would give under the whole
-// force? Groups that bear next to nothing count as bearing a thousandth of the largest force.
-static bool stands(const nmm_sim *sim, const nmm_support_sums *group, double largest) {
-    const double error = larger(group->error), height = sim->model.height;
-    if (error > 0.1 * sim->settings.tolerance * height) return false;
-    const double force = nmm_max(group->force, 1e-3 * largest);
-    const bool rests = sim->settings.is_static;
-    const double share = rests ? NMM_SUPPORT_SHARE : NMM_SUPPORT_SHARE_MOVING;
-    return error <= 1e-14 * height || group->stiffness * error <= share * force;
-}
-
-// Youngs modulus over density, the square of a wave's speed, [m2/s2]: smallest and largest.
-static void wave_squares(const nmm_sim *sim, double *slowest, double *fastest) {
-    *slowest = INFINITY, *fastest = 0;
-    for (int m = 0; m < sim->model.n_material; m++) {
-        const nmm_material *material = &sim->model.material[m];
-        const double square = material->youngs_modulus / material->density;
-        *slowest = nmm_min(*slowest, square);
-        *fastest = nmm_max(*fastest, square);
-    }
-}
-
-// Is the step long against the time a wave takes through a cover? Only then are the points beside a
-// support at rest when it is put back; in a short step that would be a kick of 2 e / h.
-static bool is_slow(const nmm_sim *sim, double h) {
-    double slowest, fastest;
-    wave_squares(sim, &slowest, &fastest);
-    return h * h * slowest > 40 * sim->model.size * sim->model.size;
-}
-
 // How far covers may go before all of the matrix is made anew. A turn by d leaves the part d of the
 // unbalanced forces; and against a further turn a stiffness of d^2 E where there is none, next to
 // the inertia.
 static double drift_allowed(const nmm_sim *sim, double h) {
     double slowest, fastest;
-    wave_squares(sim, &slowest, &fastest);
+    nmm_wave_squares(&sim->model, &slowest, &fastest);
     const double wave = h * sqrt(fastest) / sim->model.size;
     return sim->model.size * NMM_DRIFT * nmm_min(1, 1 / wave);
 }
 
 // Springs may become stiffer while the rounding of places is nothing in them.
 static bool may_stiffen(const nmm_sim *sim, const passes *p) {
-    const double rounding = nmm_contact_rounding(sim->search, &sim->model, &sim->state);
+    const double rounding =
+        sim->balance.gap_rounding * nmm_contact_rounding(sim->search, &sim->model, &sim->state);
     return p->stiffer < NMM_SPRING_STIFFEST && NMM_SPRING_STIFFER * rounding <= NMM_SPRING_ROUNDING;
 }
 
@@ -377,23 +331,6 @@ static bool raise_contacts(nmm_sim *sim, passes *p) {
     return true;
 }
 
-// Raise the carried forces of supports, eq. (4.7); false when none gave way.
-static bool raise_supports(nmm_sim *sim, const nmm_step_state *step) {
-    bool raised = false;
-    const bool stressed = sim->state.step == 0 && sim->scene.initial.kind != NMM_INITIAL_NONE;
-    if (!stressed && !is_slow(sim, step->h)) return false;
-    const double largest = measure_groups(sim, step->end);
-    for (int s = 0; s < sim->model.n_support; s++) {
-        const nmm_support *support = &sim->model.support[s];
-        if (support->group < 0 || stands(sim, &sim->group[support->group], largest)) continue;
-        const double *error = sim->group[support->group].error;
-        sim->state.support_force[2 * s] -= support->stiffness * error[0];
-        sim->state.support_force[2 * s + 1] -= support->stiffness * error[1];
-        raised = true;
-    }
-    return raised;
-}
-
 static void say_why(nmm_sim *sim, const nmm_contact_verdict *verdict, const char *what) {
     char contact[160] = "";
     if (verdict->worst >= 0) {
@@ -413,19 +350,20 @@ typedef enum judgement { SOLVE_ON, LOOK_AGAIN, TRY_ENDED } judgement;
 static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
     p->unbalance[p->n] = unbalance(sim);
     if (p->n == 0) return SOLVE_ON;
-    if (balanced(sim, p, step->h)) {
+    const bool goes_on = p->n < NMM_MAX_PASS && !gains_nothing(p);
+    if (balanced(sim, p, step->h) || (!goes_on && is_rounding(sim, step->h))) {
         *outcome = NMM_TRY_SETTLED;
         const bool broke = nmm_contact_break(&sim->model, &sim->state) > 0;
         const bool contacts = !broke && raise_contacts(sim, p);
-        const bool supports = !broke && raise_supports(sim, step);
+        const bool supports = !broke && nmm_supports_raise(sim, step, !contacts);
         if (!(broke || contacts || supports)) return TRY_ENDED;
         p->raised += !broke;
         if (p->raised > NMM_MAX_RAISE) {
-            // Forces balance, but overlaps are larger than allowed; a shorter step may do. It would
-            // only let supports go: they are raised further in the next step.
+            // Forces balance, but overlaps are larger than allowed; a shorter step may do. At rest
+            // it would only let go what was raised: that goes on in the next step.
             say_why(sim, &p->verdict, "carried forces have not come to rest");
-            sim->gave_way = supports;
-            if (contacts) *outcome = NMM_TRY_CARRIED;
+            sim->overlaps = contacts;
+            if (contacts && !sim->settings.is_static) *outcome = NMM_TRY_CARRIED;
             return TRY_ENDED;
         }
         // Passes are counted for one set of bonds and carried forces.
@@ -434,7 +372,7 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
         p->in_vain = false;
         return LOOK_AGAIN;
     }
-    if (p->n < NMM_MAX_PASS && !gains_nothing(p)) return SOLVE_ON;
+    if (goes_on) return SOLVE_ON;
     const bool quiet = count_flips(&p->verdict) == 0;
     say_why(sim, &p->verdict, quiet ? "forces do not balance" : "contacts keep changing mode");
     *outcome = quiet ? NMM_TRY_FORCES : NMM_TRY_FLIPS;
@@ -578,9 +516,10 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     const nmm_step_state step = {h, nmm_sim_time_after(sim, h), sim->moved};
     passes p = {.give = INFINITY, .stiffer = 1, .drift_allowed = drift_allowed(sim, h)};
     sim->report.passes = 0;
-    sim->gave_way = false;
     *outcome = NMM_TRY_SETTLED;
     nmm_mixing_reset(&sim->mixing);
+    nmm_supports_begin(sim);
+    sim->overlaps = false;
     restore_start(sim);
     sim->stiff = nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h, sim->gentle);
     begin_move(sim, h, step.end);

@@ -247,6 +247,10 @@ nmm_vec2 nmm_support_reaction(const nmm_model *model, const nmm_state *state, in
 /// What touches nothing is rejected with its line and column.
 nmm_status nmm_loads_place(nmm_context *context, nmm_scene *scene, nmm_model *model);
 
+/// The inside of nmm_loads_place: groups of the supports from the first one, placed on line a-b.
+nmm_status nmm_supports_group(nmm_context *context, nmm_model *model, nmm_vec2 a, nmm_vec2 b,
+                              int first);
+
 /// Initial stress of the elements and initial velocities of the blocks.
 void nmm_loads_start(const nmm_scene *scene, const nmm_model *model, nmm_state *state);
 
