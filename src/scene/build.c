@@ -61,6 +61,23 @@ static double end_of_histories(const nmm_scene *scene) {
     return end;
 }
 
+// What is for motion only may stay in a scene that is analysed both ways, but not in silence.
+static nmm_status warn_of_motion(nmm_builder *b) {
+    nmm_context *context = b->reader->context;
+    if (b->raw->analysis.damping != 0)
+        TRY(nmm_scene_warn(context, b->scene, raw_mark(&b->raw->analysis.head, "damping"),
+                           "damping has no effect with kind: static"));
+    const raw_area *block = b->raw->blocks.item;
+    for (int i = 0; i < b->raw->blocks.n; i++) {
+        const double *v = block[i].velocity;
+        if (v[0] == 0 && v[1] == 0 && v[2] == 0) continue;
+        TRY(nmm_scene_warn(context, b->scene, raw_mark(&block[i].head, "velocity"),
+                           "velocity has no effect with kind: static"));
+        return NMM_OK;
+    }
+    return NMM_OK;
+}
+
 // Steps of a static analysis are no times: the first is chosen by the model, and they grow.
 static nmm_status build_static(nmm_builder *b) {
     const raw_time *raw = &b->raw->time;
@@ -75,6 +92,7 @@ static nmm_status build_static(nmm_builder *b) {
         TRY(note_number(b, "time.end", s->end, "loads as they are at the end of all histories"));
     }
     s->output_every = raw_given(&b->raw->output.head, "every") ? b->raw->output.every : s->end / 10;
+    TRY(warn_of_motion(b));
     if (!b->raw->analysis.scheme) return NMM_OK;
     return nmm_complain(b->reader, raw_mark(&b->raw->analysis.head, "scheme"),
                         "scheme: newmark has no meaning with kind: static");

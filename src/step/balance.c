@@ -26,6 +26,7 @@ nmm_status nmm_balance_open(nmm_context *context, nmm_balance *balance, const nm
                             const nmm_system *system) {
     const size_t n = (size_t)model->n_block;
     balance->n_block = model->n_block;
+    balance->gap_rounding = 1;
     TRY(nmm_allocate(context, &balance->held, n, sizeof(bool)));
     TRY(nmm_allocate(context, &balance->group, n, sizeof(int)));
     TRY(nmm_allocate(context, &balance->count, n, sizeof(int)));
@@ -90,7 +91,8 @@ static void add_gaps(nmm_balance *balance, const nmm_model *model, const nmm_sta
     for (int k = 0; k < state->n_contact; k++) {
         const nmm_contact *contact = &state->contact[k];
         if (contact->mode == NMM_CONTACT_OPEN) continue;
-        const double force = square(contact->normal_stiffness * model->height);
+        const double force =
+            square(balance->gap_rounding * contact->normal_stiffness * model->height);
         const int a = model->vertex_block[contact->vertex], b = model->vertex_block[contact->edge];
         // What is held has nothing to balance.
         balance->block[a].rounding += balance->held[a] ? 0 : force;
@@ -181,6 +183,16 @@ double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const n
     return nmm_balance_worst_of(balance, system, model, system->residual, tolerance);
 }
 
+bool nmm_balance_clouded(const nmm_balance *balance, double tolerance, double rounding) {
+    for (int b = 0; b < balance->n_block; b++) {
+        const nmm_balance_sums *block = &balance->block[b];
+        if (block->force > 0 &&
+            square(rounding) * block->rounding > square(tolerance) * block->force)
+            return true;
+    }
+    return false;
+}
+
 // --- Weights
 
 void nmm_balance_weigh(nmm_balance *balance, bool wanted) {
@@ -252,8 +264,8 @@ static void weigh(const nmm_balance *balance, nmm_system *system, const nmm_mode
 }
 
 // Its terms are made anew for each system: there is no way back.
-static void weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
-                           const nmm_model *model) {
+void nmm_balance_weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
+                                const nmm_model *model) {
     const long n = (long)coupling->n * coupling->n_row;
     for (long i = 0; balance->weighted && i < n; i++) {
         const double factor = balance->weight[model->cover_block[coupling->row[i]]];
@@ -267,7 +279,6 @@ static void weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
 void nmm_balance_put_weights(const nmm_balance *balance, nmm_system *system,
                              const nmm_model *model) {
     weigh(balance, system, model, true);
-    weigh_coupling(balance, &system->coupling, model);
 }
 
 void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,

@@ -32,6 +32,7 @@ typedef struct nmm_balance {
     int *exponent;           // [n_block] rows and columns of the linear system times 2^exponent
     double *weight;          // [n_block] 2^exponent
     bool weighted;           // some exponent is not 0
+    double gap_rounding;     // of gaps and slips, in rounding errors of the scene's size
     int n_class;             // 1: forces of all blocks are of one class
 } nmm_balance;
 
@@ -56,6 +57,9 @@ double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const n
 double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                             const double *left, double tolerance);
 
+/// Is what so many times the rounding leaves of a block more than the tolerance allows it?
+bool nmm_balance_clouded(const nmm_balance *balance, double tolerance, double rounding);
+
 /// Weights of the blocks in linear systems, from what is allowed; not `wanted`: none.
 void nmm_balance_weigh(nmm_balance *balance, bool wanted);
 
@@ -70,7 +74,11 @@ double nmm_balance_limit(const nmm_balance *balance);
 void nmm_balance_weigh_matrix(const nmm_balance *balance, nmm_system *system,
                               const nmm_model *model);
 
-/// Residual, change and coupling, weighted; residual and change as they were.
+/// A coupling made anew, weighted.
+void nmm_balance_weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
+                                const nmm_model *model);
+
+/// Residual and change, weighted; as they were.
 void nmm_balance_put_weights(const nmm_balance *balance, nmm_system *system,
                              const nmm_model *model);
 void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,

@@ -107,11 +107,14 @@ nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
 static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
     TRY(nmm_step_backend(&sim->context, device, &sim->backend));
     nmm_summary *summary = &sim->summary;
-    const bool mixed = sim->settings.precision == NMM_SCENE_MIXED;
+    static const char *const precision[] = {[NMM_SCENE_DOUBLE] = "double",
+                                            [NMM_SCENE_MIXED] = "mixed",
+                                            [NMM_SCENE_PRECISION_AUTO] = "auto"};
     snprintf(summary->method, sizeof summary->method, "%s",
              nmm_solve_method_name(nmm_step_method(sim)));
     snprintf(summary->device, sizeof summary->device, "%s", sim->backend->name);
-    snprintf(summary->precision, sizeof summary->precision, "%s", mixed ? "mixed" : "double");
+    snprintf(summary->precision, sizeof summary->precision, "%s",
+             precision[sim->settings.precision]);
     return NMM_OK;
 }
 
@@ -130,8 +133,7 @@ static nmm_status allocate_start(nmm_sim *sim) {
     TRY(nmm_allocate(&sim->context, &sim->start_velocity, n, sizeof(double)));
     TRY(nmm_allocate(&sim->context, &sim->start_position, 2 * (size_t)model->n_point,
                      sizeof(double)));
-    TRY(nmm_allocate(&sim->context, &sim->group, (size_t)model->n_support_group,
-                     sizeof *sim->group));
+    TRY(nmm_raising_open(&sim->context, &sim->raising, model));
     return nmm_allocate(&sim->context, &sim->start_support, 2 * (size_t)model->n_support,
                         sizeof(double));
 }
@@ -172,6 +174,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_system_destroy(context, &sim->system);
     nmm_mixing_close(context, &sim->mixing);
     nmm_motion_close(context, &sim->motion);
+    nmm_nearby_close(context, &sim->nearby);
     nmm_balance_close(context, &sim->balance);
     nmm_release(context, &sim->free_body);
     nmm_release(context, &sim->moved);
@@ -180,7 +183,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_release(context, &sim->start_position);
     nmm_release(context, &sim->start_support);
     nmm_release(context, &sim->start_contact);
-    nmm_release(context, &sim->group);
+    nmm_raising_close(context, &sim->raising);
     nmm_state_destroy(context, &sim->state);
     nmm_model_destroy(context, &sim->model);
     nmm_scene_destroy(context, &sim->scene);

@@ -11,9 +11,13 @@
 #include <stdio.h>
 #include <string.h>
 
-// Steps after which there is no equilibrium to be found; sides of a cover that nothing travels.
-enum { MOST_STEPS = 1000 };
+// Steps after which there is no equilibrium to be found, and where rounding clouds it; in a row, to
+// call a block free. Sides of a cover that nothing travels unless it bends.
+enum { MOST_STEPS = 1000, MOST_CLOUDED = 300, FREE_STEPS = 3 };
 #define FAR 0.5
+
+// What may be left of the forces of a block that is not free, next to them.
+#define BALANCED 1e-3
 
 // Inertia forces of the last step, where the next pass keeps its change.
 static const double *inertia_of(nmm_sim *sim) {
@@ -32,12 +36,20 @@ static const double *inertia_of(nmm_sim *sim) {
     return inertia;
 }
 
-// The block whose element moved furthest since the start, how far and where to.
+// What is left of the forces of a block, next to them; from the last call of nmm_balance_worst_of.
+static double share_of(const nmm_sim *sim, int block) {
+    const nmm_balance_sums *sums = &sim->balance.block[block];
+    return sums->force > 0 ? sqrt(sums->left / sums->force) : 0;
+}
+
+// Of the blocks whose own forces do not balance the one whose element moved furthest since the
+// start, how far and where to; -1: all balance.
 static int furthest_block(const nmm_sim *sim, nmm_vec2 *way) {
     const nmm_model *model = &sim->model;
-    int furthest = 0;
+    int furthest = -1;
     double most = -1;
     for (int e = 0; e < model->n_element; e++) {
+        if (share_of(sim, model->element_block[e]) <= BALANCED) continue;
         nmm_vec2 d = {0, 0};
         for (int i = 0; i < 3; i++) {
             const int c = model->element_cover[model->n_local * e + i];
@@ -54,21 +66,96 @@ static int furthest_block(const nmm_sim *sim, nmm_vec2 *way) {
     return furthest;
 }
 
+// A point inside a block as the scene has it: the centre of its largest element.
+static nmm_vec2 point_inside(const nmm_model *model, int block) {
+    nmm_vec2 point = {0, 0};
+    double largest = -1;
+    for (int e = 0; e < model->n_element; e++) {
+        if (model->element_block[e] != block || model->element_area[e] <= largest) continue;
+        largest = model->element_area[e];
+        point.x = model->element_centre[2 * (long)e] + model->origin.x;
+        point.y = model->element_centre[2 * (long)e + 1] + model->origin.y;
+    }
+    return point;
+}
+
+// Blocks cut by joints have no name: a place tells which one it is.
+static void name_block(const nmm_model *model, int block, char *text, size_t size) {
+    const char *name = model->block_name[block];
+    const nmm_vec2 point = point_inside(model, block);
+    if (name != NULL)
+        snprintf(text, size, "block %d '%.60s'", block, name);
+    else
+        snprintf(text, size, "block %d, which has the point (%.6g, %.6g),", block, point.x,
+                 point.y);
+}
+
 static void say_free(nmm_sim *sim, int block, nmm_vec2 way, double share) {
-    const char *name = sim->model.block_name[block];
     const double far = sqrt(nmm_vec2_dot(way, way));
-    snprintf(
-        sim->report.reason, sizeof sim->report.reason,
-        "block %d%s%.60s%s is free to move: it went %.3g m along (%.2f, %.2f) and forces of %.2g "
-        "times those that act are still not balanced",
-        block, name != NULL ? " '" : "", name != NULL ? name : "", name != NULL ? "'" : "", far,
-        way.x / far, way.y / far, share);
+    char name[100];
+    name_block(&sim->model, block, name, sizeof name);
+    snprintf(sim->report.reason, sizeof sim->report.reason,
+             "%s is free to move: it went %.3g m along (%.2f, %.2f) and forces of %.2g "
+             "times those that act are still not balanced",
+             name, far, way.x / far, way.y / far, share);
 }
 
 static void end_with(nmm_sim *sim, nmm_end end) {
     sim->report.end = sim->summary.end = end;
     if (end == NMM_END_COMPLETED) return;
     snprintf(sim->summary.reason, sizeof sim->summary.reason, "%s", sim->report.reason);
+}
+
+// Part of the work of the loads in the last step that bodies, contacts and supports stored. On the
+// way to an equilibrium without friction it rises from nothing to the whole, in proportion to the
+// way; what moves freely stores nothing.
+static double stored_part(nmm_sim *sim) {
+    const nmm_energy *now = &sim->energy, *before = &sim->judged;
+    const double stored = now->strain + now->contact + now->support -
+                          (before->strain + before->contact + before->support);
+    const double external = now->external - before->external;
+    sim->judged = *now;
+    return external > 0 ? stored / external : 0;
+}
+
+// Far from where it began, and nothing that gives way resists so that it would come to rest within
+// the scene: a beam that bends goes far as well.
+static bool is_free(const nmm_sim *sim, nmm_vec2 way, double stored) {
+    const double far = sqrt(nmm_vec2_dot(way, way));
+    return far > FAR * sim->model.size && stored * 10 * sim->model.height < far;
+}
+
+// Stiffest closed contact [N/m].
+static double stiffest_contact(const nmm_sim *sim) {
+    double stiffest = 0;
+    for (int k = 0; k < sim->state.n_contact; k++) {
+        const nmm_contact *contact = &sim->state.contact[k];
+        if (contact->mode != NMM_CONTACT_OPEN)
+            stiffest = nmm_max(stiffest, contact->normal_stiffness);
+    }
+    return stiffest;
+}
+
+// Is the rounding of places, in springs as stiff as the scene wants them, more than a part of
+// forces? Augmented contact chooses its springs by the same measure.
+static bool is_clouded(const nmm_sim *sim, double part, double rounding) {
+    return sim->system.cover_give == NULL && nmm_balance_clouded(&sim->balance, part, rounding);
+}
+
+static void say_unsettled(nmm_sim *sim, double share, bool stands) {
+    char what[80] = "supports still give way", why[160] = "";
+    if (sim->overlaps)
+        snprintf(what, sizeof what, "%.79s", sim->report.reason);
+    else if (stands)
+        snprintf(what, sizeof what, "forces of %.2g times those that act are still not balanced",
+                 share);
+    if (is_clouded(sim, sim->settings.tolerance, NMM_GAP_ROUNDING))
+        snprintf(why, sizeof why,
+                 ": contact springs of %.2g N/m make more of the rounding of places than "
+                 "analysis.tolerance allows; lower contact.penalty or normal_stiffness",
+                 stiffest_contact(sim));
+    snprintf(sim->report.reason, sizeof sim->report.reason, "after %ld steps %s%s", sim->state.step,
+             what, why);
 }
 
 void nmm_static_judge(nmm_sim *sim, double h) {
@@ -80,25 +167,25 @@ void nmm_static_judge(nmm_sim *sim, double h) {
     // Where nothing moves any more, what is left of inertia is rounding.
     const bool at_rest = h >= sim->settings.dt_max &&
                          sim->report.move * sim->allowed_now <= 1e-13 * sim->model.height;
-    // Supports that still give way are raised further in the next step.
-    if ((excess <= 1 || at_rest) && !sim->gave_way) {
+    // Supports that still give way, and contacts, are raised further in the next step.
+    const bool stands = nmm_supports_stand(sim, sim->settings.end);
+    const bool settled = stands && !sim->overlaps && !is_clouded(sim, NMM_CLOUDED, 1);
+    const double stored = stored_part(sim);
+    sim->raising.n_late += !stands;
+    if ((excess <= 1 || at_rest) && settled) {
         sim->state.time = sim->report.time = sim->settings.end;
         end_with(sim, NMM_END_COMPLETED);
         return;
     }
     nmm_vec2 way = {0, 0};
     const int block = furthest_block(sim, &way);
-    if (nmm_vec2_dot(way, way) > FAR * FAR * sim->model.size * sim->model.size && share > 1e-3) {
-        say_free(sim, block, way, share);
+    const bool clouded = is_clouded(sim, sim->settings.tolerance, NMM_GAP_ROUNDING);
+    sim->n_free = block >= 0 && is_free(sim, way, stored) ? sim->n_free + 1 : 0;
+    if (sim->n_free >= FREE_STEPS) {
+        say_free(sim, block, way, share_of(sim, block));
         end_with(sim, NMM_END_NO_EQUILIBRIUM);
-    } else if (sim->state.step >= MOST_STEPS) {
-        if (sim->gave_way)
-            snprintf(sim->report.reason, sizeof sim->report.reason,
-                     "after %ld steps supports still give way", sim->state.step);
-        else
-            snprintf(sim->report.reason, sizeof sim->report.reason,
-                     "after %ld steps forces of %.2g times those that act are still not balanced",
-                     sim->state.step, share);
+    } else if (sim->state.step >= (clouded ? MOST_CLOUDED : MOST_STEPS)) {
+        say_unsettled(sim, share, stands);
         end_with(sim, NMM_END_NO_EQUILIBRIUM);
     }
 }

@@ -10,6 +10,7 @@
 #include "cover.h"
 #include "mixing.h"
 #include "motion.h"
+#include "nearby.h"
 #include "scene.h"
 #include "solve.h"
 #include "system.h"
@@ -35,15 +36,20 @@
 /// What rounding may make of a force in springs that become stiffer.
 #define NMM_SPRING_ROUNDING 1e-3
 
+/// Rounding of a gap and of a slip where passes of statics gain nothing more, in rounding errors of
+/// the scene's size: of three places, each a sum over its covers, and of their differences. Springs
+/// stiff enough change their mode by it, pass after pass. In motion what is left would add up in
+/// the ledger, and inertia stands against such changes.
+#define NMM_GAP_ROUNDING 16
+
+/// Part of the forces of a block that this rounding may be in statics.
+#define NMM_CLOUDED 1e-2
+
 /// Part of the force of a group of supports that their springs may hold beside the carried force:
 /// at rest, and in motion, where forces change in each step and a closer share would take rounds in
 /// all.
 #define NMM_SUPPORT_SHARE 1e-3
 #define NMM_SUPPORT_SHARE_MOVING 0.1
-
-/// Rows up to which solves know of friction: larger systems took as many passes with it as without,
-/// and more time (walls and slopes from 10^4 unknowns up).
-#define NMM_COUPLED_ROWS 6500
 
 /// Residual of a linear solve over that before, where it knows of friction: passes in which
 /// contacts change mode gain no more, and when none did the pass gains nearly all that the solve
@@ -62,11 +68,17 @@
 /// Part of the unbalanced forces allowed that a first pass may leave where the motion goes on.
 #define NMM_FIRST_PASS 0.1
 
+/// Unbalanced forces over all of them that a first pass and a later one may leave aside, to solve
+/// only for the rows that have the others and those near by.
+#define NMM_FIRST_LEFT 1e-4
+#define NMM_LATER_LEFT 1e-2
+
 /// Limits of one step.
 enum {
-    NMM_MAX_PASS = 40,  // open-close passes of one try
-    NMM_MAX_LOOK = 8,   // looks along one correction
-    NMM_MAX_RAISE = 30, // times carried forces are raised in one try
+    NMM_NEAR_ROWS = 300, // rows from which on solves may be for part of them
+    NMM_MAX_PASS = 40,   // open-close passes of one try
+    NMM_MAX_LOOK = 8,    // looks along one correction
+    NMM_MAX_RAISE = 30,  // times carried forces are raised in one try
 };
 
 /// Why a try of a step was given up.
@@ -103,10 +115,22 @@ typedef struct nmm_costs {
 } nmm_costs;
 
 /// Supports that are raised together.
-typedef struct nmm_support_sums {
+typedef struct nmm_support_group {
     double error[2], length; // mean distance from their place, boundary length [m]
     double stiffness, force; // [N/m, N] of all, forces before they cancel
-} nmm_support_sums;
+    double raised[2];        // [m] how far in this try
+    double weight;           // [1/m] of distances, next to the forces that the try began with
+    int block;               // that they hold
+} nmm_support_group;
+
+/// How supports are raised: from what the last rounds changed follows what the next one is to.
+typedef struct nmm_raising {
+    nmm_support_group *group; // [n_support_group]
+    double *largest;          // [n_block] N, force of a group on the blocks that may touch
+    double *place, *change;   // [n_support_group][2] of the mixing, weighted
+    nmm_mixing mixing;
+    int n_late; // steps of statics that ended before all stood
+} nmm_raising;
 
 /// What is left of the forces on a body that nothing holds, as a whole, and what resists.
 typedef struct nmm_free_body {
@@ -138,9 +162,11 @@ struct nmm_sim {
 
     nmm_mixing mixing; // of the passes; open where there is contact
     nmm_motion motion; // the same
+    nmm_nearby nearby; // of solves for part of the rows; open from the first that may be
 
     nmm_balance balance;      // of the forces, block by block
     nmm_free_body *free_body; // [n_block]; NULL: the scheme does not keep momenta
+    nmm_raising raising;      // of supports
     double speed;             // [m/s] largest motion of a point in the last step
 
     // The state at the start of the step, to go back to.
@@ -148,10 +174,8 @@ struct nmm_sim {
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
     nmm_contact *start_contact;
-    nmm_support_sums *group; // [n_support_group] scratch
-    bool gave_way;           // supports have not come to rest in the last try
-    bool gentle;             // springs of augmented contacts have the least stiffness in this try
-    bool stiff;              // some had more in the last one
+    bool gentle; // springs of augmented contacts have the least stiffness in this try
+    bool stiff;  // some had more in the last one
     int start_capacity;
 
     // Stored energies at the last accepted state [J].
@@ -159,6 +183,9 @@ struct nmm_sim {
     double kinetic0, strain0;
     nmm_contact_energy contact_energy;
     nmm_energy energy;
+    nmm_energy judged; // statics: the same after the step before
+    bool overlaps;     // statics: augmented contacts of the last try have not come to rest
+    int n_free;        // last steps in which a block seemed to be free
 
     nmm_summary summary;    // running totals
     nmm_step_report report; // of the last step
@@ -178,6 +205,23 @@ static inline double nmm_sim_time_after(const nmm_sim *sim, double h) {
 /// and reason of report and summary.
 void nmm_static_judge(nmm_sim *sim, double h);
 
+/// Room to raise supports in.
+nmm_status nmm_raising_open(nmm_context *context, nmm_raising *raising, const nmm_model *model);
+void nmm_raising_close(nmm_context *context, nmm_raising *raising);
+
+/// A try begins: what supports were raised by in others counts no more.
+void nmm_supports_begin(nmm_sim *sim);
+
+/// Raise the carried forces of supports, eq. (4.7), which the last rounds tell how to where nothing
+/// else was raised (`alone`); false when none gave way, or the step is too short for it.
+bool nmm_supports_raise(nmm_sim *sim, const nmm_step_state *step, bool alone);
+
+/// Do supports stand where they should at the time `end`, in the state as it is?
+bool nmm_supports_stand(nmm_sim *sim, double end);
+
+/// Youngs modulus over density, the square of a wave's speed, [m2/s2]: smallest and largest.
+void nmm_wave_squares(const nmm_model *model, double *slowest, double *fastest);
+
 /// Change of time since the last call of it is added to *phase.
 void nmm_sim_clock(nmm_sim *sim, double *phase);
 
@@ -193,6 +237,13 @@ nmm_solve_method nmm_step_method(const nmm_sim *sim);
 /// The backend for a device. NMM_ERROR_DEVICE: there is no such device.
 nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
                             const nmm_solve_backend **backend);
+
+/// Book a linear solve; how it ended, in words that follow "the solver".
+void nmm_solves_count(nmm_summary *summary, const nmm_solve_report *report);
+const char *nmm_solves_end(nmm_solve_end end);
+
+/// Room for solves of part of the rows, where there may be any, from the first contact on.
+nmm_status nmm_solves_open_nearby(nmm_sim *sim);
 
 /// Try one step of length h from the saved start: the open-close loop.
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome);

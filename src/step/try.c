@@ -24,6 +24,8 @@ typedef struct passes {
     nmm_contact_verdict verdict;
     bool in_vain; // the last solve knew of friction, and the pass gained little
     int n_vain;   // passes of this kind
+    bool part;    // the last solve was for part of the rows
+    bool whole;   // the next one must not be
 } passes;
 
 static void restore_start(nmm_sim *sim) {
@@ -62,6 +64,17 @@ static nmm_contact_verdict evaluate_contacts(nmm_sim *sim) {
     return nmm_contact_evaluate(sim->search, &sim->model, &sim->state, sim->context.n_thread);
 }
 
+// After a move of some covers: what it touches.
+static nmm_contact_verdict evaluate_touched(nmm_sim *sim, const nmm_contact_verdict *last) {
+    const nmm_touched *touched = &sim->nearby.touched;
+    const int n_thread = sim->context.n_thread;
+    nmm_state_place_some(&sim->model, &sim->state, touched->point.item, touched->point.n, n_thread);
+    nmm_contact_verdict verdict = nmm_contact_evaluate_some(
+        &sim->model, &sim->state, touched->contact.item, touched->contact.n, n_thread);
+    verdict.n_sliding += last->n_sliding - verdict.n_slid;
+    return verdict;
+}
+
 // Room in the solver for the matrix as it is now.
 static nmm_status open_solver(nmm_sim *sim) {
     const nmm_bsr *K = &sim->system.K;
@@ -77,11 +90,9 @@ static nmm_status open_solver(nmm_sim *sim) {
 }
 
 // Is the solve to know of friction? Where that was in vain, because contacts slide to and fro, the
-// next one does not, as surely and slowly as symmetric passes go; at the second time none does. In
-// large systems there is always a contact that does. A system that is to be written is solved as it
-// is written.
+// next one does not, as surely and slowly as symmetric passes go; at the second time none does. A
+// system that is to be written is solved as it is written.
 static bool couples(const nmm_sim *sim, const passes *p) {
-    if (sim->system.K.n_row > NMM_COUPLED_ROWS) return false;
     if (sim->state.n_contact == 0 || sim->comparable || sim->dump.write != NULL) return false;
     return p->n_vain < 2 && !p->in_vain;
 }
@@ -98,12 +109,16 @@ static nmm_solve_options solve_options(const nmm_sim *sim, const passes *p) {
         [NMM_SCENE_BLOCKS_CLUSTER] = NMM_BLOCKS_CLUSTER,
         [NMM_SCENE_BLOCKS_BODY] = NMM_BLOCKS_BODY,
     };
+    static const nmm_solve_precision precision[] = {
+        [NMM_SCENE_DOUBLE] = NMM_PRECISION_DOUBLE,
+        [NMM_SCENE_MIXED] = NMM_PRECISION_MIXED,
+        [NMM_SCENE_PRECISION_AUTO] = NMM_PRECISION_AUTO,
+    };
     return (nmm_solve_options){
         .coupling = couples(sim, p) ? &sim->system.coupling : NULL,
         .method = nmm_step_method(sim),
         .blocks = blocks[settings->blocks],
-        .precision =
-            settings->precision == NMM_SCENE_MIXED ? NMM_PRECISION_MIXED : NMM_PRECISION_DOUBLE,
+        .precision = precision[settings->precision],
         // The coarse correction is on the host only.
         .place = sim->comparable ? NULL : sim->model.cover_place,
         .body = sim->comparable ? NULL : nmm_system_body(&sim->system, &sim->model),
@@ -133,21 +148,6 @@ static void guess_change(nmm_sim *sim, double h, int pass) {
     }
 }
 
-static void count_solve(nmm_summary *summary, const nmm_solve_report *report) {
-    summary->solves += 1;
-    summary->iterations += report->iterations;
-    summary->failed += report->end != NMM_SOLVE_CONVERGED;
-    const bool direct = report->method == NMM_SOLVE_DIRECT;
-    summary->with_direct += direct;
-    summary->with_cover += !direct && report->blocks == NMM_BLOCKS_COVER;
-    summary->with_cluster += report->blocks == NMM_BLOCKS_CLUSTER;
-    summary->with_body += report->blocks == NMM_BLOCKS_BODY;
-    summary->setups += report->setups;
-    summary->transfers += report->transfers;
-    summary->transfer_bytes += report->transfer_bytes;
-    summary->on_device |= report->on_device;
-}
-
 // What is left of the forces over what is allowed; what rounding leaves follows from the places
 // reached, and from those to be reached where steps are the motion's and not a search.
 static double worst_balance(nmm_sim *sim, double h) {
@@ -171,27 +171,52 @@ static nmm_status couple(nmm_sim *sim, const passes *p) {
         count_flips(&p->verdict) == 0 ? NMM_QUIET_TOLERANCE : NMM_COUPLED_TOLERANCE;
     if (p->n == 0) coupling->tolerance = NMM_FIRST_TOLERANCE;
     if (!couples(sim, p)) return NMM_OK;
-    return nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state);
+    TRY(nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state,
+                          p->part ? sim->nearby.place : NULL));
+    nmm_balance_weigh_coupling(&sim->balance, coupling, &sim->model);
+    return NMM_OK;
 }
 
-static nmm_status solve_pass(nmm_sim *sim, const passes *p, double h, bool anew,
+// Is it enough to solve for the rows that are out of balance and what is near them? Symmetric
+// passes of contacts that slide mix their changes, which asks for all rows.
+static bool solves_nearby(nmm_sim *sim, const passes *p, double h) {
+    if (p->whole || sim->nearby.model == NULL || sim->dump.write != NULL) return false;
+    if (!couples(sim, p) && p->verdict.n_sliding > 0) return false;
+    const double part = p->n == 0 ? NMM_FIRST_LEFT : NMM_LATER_LEFT;
+    const double left =
+        nmm_max(NMM_FIRST_PASS * nmm_balance_limit(&sim->balance), part * p->unbalance[p->n]);
+    return nmm_nearby_choose(&sim->nearby, &sim->system, left, h);
+}
+
+static nmm_status solve_all(nmm_sim *sim, const nmm_solve_options *options,
+                            nmm_solve_report *report) {
+    nmm_system *system = &sim->system;
+    TRY(open_solver(sim));
+    TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
+                            system->change, system->keep_pattern, options, report));
+    system->keep_pattern = true;
+    return NMM_OK;
+}
+
+static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
     nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
     if (p->n == 0) weigh_blocks(sim, h);
     if (anew) nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
-    TRY(open_solver(sim));
     guess_change(sim, h, p->n);
     const nmm_solve_options options = solve_options(sim, p);
-    TRY(couple(sim, p));
     nmm_balance_put_weights(&sim->balance, system, &sim->model);
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
-    TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
-                            system->change, system->keep_pattern, &options, report));
+    TRY(nmm_solves_open_nearby(sim));
+    p->part = solves_nearby(sim, p, h);
+    TRY(couple(sim, p));
+    TRY(p->part
+            ? nmm_nearby_solve(&sim->context, &sim->nearby, system, &sim->state, &options, report)
+            : solve_all(sim, &options, report));
     nmm_balance_take_weights(&sim->balance, system, &sim->model);
-    system->keep_pattern = true;
-    count_solve(&sim->summary, report);
+    nmm_solves_count(&sim->summary, report);
     sim->report.solver_iterations += report->iterations;
     nmm_sim_clock(sim, &sim->summary.phase_seconds.solve);
     return NMM_OK;
@@ -235,6 +260,17 @@ static bool balanced(nmm_sim *sim, passes *p, double h) {
     return p->worst[p->n] <= (first ? NMM_FIRST_PASS : 1);
 }
 
+// Statics whose passes gain nothing more: is what they leave rounding of the places, and next to
+// nothing beside the forces?
+static bool is_rounding(nmm_sim *sim, double h) {
+    if (!sim->settings.is_static) return false;
+    if (nmm_balance_clouded(&sim->balance, NMM_CLOUDED, NMM_GAP_ROUNDING)) return false;
+    sim->balance.gap_rounding = NMM_GAP_ROUNDING;
+    const bool is = worst_balance(sim, h) <= 1;
+    sim->balance.gap_rounding = 1;
+    return is;
+}
+
 // Norm of the unbalanced forces, by the weights of the try [N]: does it gain? Not next to the
 // forces, which fall as well while bodies that overlap are pushed apart.
 static double unbalance(const nmm_sim *sim) {
@@ -256,81 +292,20 @@ static bool gains_nothing(const passes *p) {
     return stagnates(p->unbalance + 1, p->n) && stagnates(p->worst + 1, p->n);
 }
 
-static double larger(const double v[2]) {
-    return nmm_max(fabs(v[0]), fabs(v[1]));
-}
-
-// Mean distance of each group of supports from its place, weighted by length; its stiffness and the
-// forces it bears. Returns the largest of these.
-static double measure_groups(nmm_sim *sim, double end) {
-    const nmm_model *model = &sim->model;
-    nmm_support_sums *group = sim->group;
-    double largest = 0;
-    if (model->n_support_group == 0) return 0;
-    memset(group, 0, (size_t)model->n_support_group * sizeof *group);
-    for (int s = 0; s < model->n_support; s++) {
-        const nmm_support *support = &model->support[s];
-        if (support->group < 0) continue;
-        nmm_support_sums *sum = &group[support->group];
-        const nmm_vec2 error = nmm_support_error(model, &sim->state, s, end);
-        const nmm_vec2 force = nmm_support_reaction(model, &sim->state, s, error);
-        sum->error[0] += support->length * error.x;
-        sum->error[1] += support->length * error.y;
-        sum->length += support->length;
-        sum->stiffness += support->stiffness;
-        sum->force += nmm_max(fabs(force.x), fabs(force.y));
-    }
-    for (int g = 0; g < model->n_support_group; g++) {
-        group[g].error[0] /= group[g].length;
-        group[g].error[1] /= group[g].length;
-        largest = nmm_max(largest, group[g].force);
-    }
-    return largest;
-}
-
-// Is the mean distance small, next to the scene and to what the springs would give under the whole
-// force? Groups that bear next to nothing count as bearing a thousandth of the largest force.
-static bool stands(const nmm_sim *sim, const nmm_support_sums *group, double largest) {
-    const double error = larger(group->error), height = sim->model.height;
-    if (error > 0.1 * sim->settings.tolerance * height) return false;
-    const double force = nmm_max(group->force, 1e-3 * largest);
-    const bool rests = sim->settings.is_static;
-    const double share = rests ? NMM_SUPPORT_SHARE : NMM_SUPPORT_SHARE_MOVING;
-    return error <= 1e-14 * height || group->stiffness * error <= share * force;
-}
-
-// Youngs modulus over density, the square of a wave's speed, [m2/s2]: smallest and largest.
-static void wave_squares(const nmm_sim *sim, double *slowest, double *fastest) {
-    *slowest = INFINITY, *fastest = 0;
-    for (int m = 0; m < sim->model.n_material; m++) {
-        const nmm_material *material = &sim->model.material[m];
-        const double square = material->youngs_modulus / material->density;
-        *slowest = nmm_min(*slowest, square);
-        *fastest = nmm_max(*fastest, square);
-    }
-}
-
-// Is the step long against the time a wave takes through a cover? Only then are the points beside a
-// support at rest when it is put back; in a short step that would be a kick of 2 e / h.
-static bool is_slow(const nmm_sim *sim, double h) {
-    double slowest, fastest;
-    wave_squares(sim, &slowest, &fastest);
-    return h * h * slowest > 40 * sim->model.size * sim->model.size;
-}
-
 // How far covers may go before all of the matrix is made anew. A turn by d leaves the part d of the
 // unbalanced forces; and against a further turn a stiffness of d^2 E where there is none, next to
 // the inertia.
 static double drift_allowed(const nmm_sim *sim, double h) {
     double slowest, fastest;
-    wave_squares(sim, &slowest, &fastest);
+    nmm_wave_squares(&sim->model, &slowest, &fastest);
     const double wave = h * sqrt(fastest) / sim->model.size;
     return sim->model.size * NMM_DRIFT * nmm_min(1, 1 / wave);
 }
 
 // Springs may become stiffer while the rounding of places is nothing in them.
 static bool may_stiffen(const nmm_sim *sim, const passes *p) {
-    const double rounding = nmm_contact_rounding(sim->search, &sim->model, &sim->state);
+    const double rounding =
+        sim->balance.gap_rounding * nmm_contact_rounding(sim->search, &sim->model, &sim->state);
     return p->stiffer < NMM_SPRING_STIFFEST && NMM_SPRING_STIFFER * rounding <= NMM_SPRING_ROUNDING;
 }
 
@@ -356,23 +331,6 @@ static bool raise_contacts(nmm_sim *sim, passes *p) {
     return true;
 }
 
-// Raise the carried forces of supports, eq. (4.7); false when none gave way.
-static bool raise_supports(nmm_sim *sim, const nmm_step_state *step) {
-    bool raised = false;
-    const bool stressed = sim->state.step == 0 && sim->scene.initial.kind != NMM_INITIAL_NONE;
-    if (!stressed && !is_slow(sim, step->h)) return false;
-    const double largest = measure_groups(sim, step->end);
-    for (int s = 0; s < sim->model.n_support; s++) {
-        const nmm_support *support = &sim->model.support[s];
-        if (support->group < 0 || stands(sim, &sim->group[support->group], largest)) continue;
-        const double *error = sim->group[support->group].error;
-        sim->state.support_force[2 * s] -= support->stiffness * error[0];
-        sim->state.support_force[2 * s + 1] -= support->stiffness * error[1];
-        raised = true;
-    }
-    return raised;
-}
-
 static void say_why(nmm_sim *sim, const nmm_contact_verdict *verdict, const char *what) {
     char contact[160] = "";
     if (verdict->worst >= 0) {
@@ -380,26 +338,6 @@ static void say_why(nmm_sim *sim, const nmm_contact_verdict *verdict, const char
     }
     snprintf(sim->report.reason, sizeof sim->report.reason, "%s%s%s", what,
              contact[0] != 0 ? ": " : "", contact);
-}
-
-static const char *name_of_end(nmm_solve_end end) {
-    switch (end) {
-    case NMM_SOLVE_CONVERGED:
-        return "converged";
-    case NMM_SOLVE_DIVERGED:
-        return "diverged";
-    case NMM_SOLVE_TOO_SLOW:
-        return "did not converge within its iterations";
-    case NMM_SOLVE_INDEFINITE:
-        return "met a matrix that is not positive definite";
-    case NMM_SOLVE_NOT_FINITE:
-        return "met a number that is not finite";
-    case NMM_SOLVE_STAGNATED:
-        return "stagnated above its tolerance";
-    case NMM_SOLVE_BAD_PATTERN:
-        return "met a wrong pattern";
-    }
-    return "failed";
 }
 
 // --- The loop
@@ -412,19 +350,20 @@ typedef enum judgement { SOLVE_ON, LOOK_AGAIN, TRY_ENDED } judgement;
 static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
     p->unbalance[p->n] = unbalance(sim);
     if (p->n == 0) return SOLVE_ON;
-    if (balanced(sim, p, step->h)) {
+    const bool goes_on = p->n < NMM_MAX_PASS && !gains_nothing(p);
+    if (balanced(sim, p, step->h) || (!goes_on && is_rounding(sim, step->h))) {
         *outcome = NMM_TRY_SETTLED;
         const bool broke = nmm_contact_break(&sim->model, &sim->state) > 0;
         const bool contacts = !broke && raise_contacts(sim, p);
-        const bool supports = !broke && raise_supports(sim, step);
+        const bool supports = !broke && nmm_supports_raise(sim, step, !contacts);
         if (!(broke || contacts || supports)) return TRY_ENDED;
         p->raised += !broke;
         if (p->raised > NMM_MAX_RAISE) {
-            // Forces balance, but overlaps are larger than allowed; a shorter step may do. It would
-            // only let supports go: they are raised further in the next step.
+            // Forces balance, but overlaps are larger than allowed; a shorter step may do. At rest
+            // it would only let go what was raised: that goes on in the next step.
             say_why(sim, &p->verdict, "carried forces have not come to rest");
-            sim->gave_way = supports;
-            if (contacts) *outcome = NMM_TRY_CARRIED;
+            sim->overlaps = contacts;
+            if (contacts && !sim->settings.is_static) *outcome = NMM_TRY_CARRIED;
             return TRY_ENDED;
         }
         // Passes are counted for one set of bonds and carried forces.
@@ -433,7 +372,7 @@ static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step,
         p->in_vain = false;
         return LOOK_AGAIN;
     }
-    if (p->n < NMM_MAX_PASS && !gains_nothing(p)) return SOLVE_ON;
+    if (goes_on) return SOLVE_ON;
     const bool quiet = count_flips(&p->verdict) == 0;
     say_why(sim, &p->verdict, quiet ? "forces do not balance" : "contacts keep changing mode");
     *outcome = quiet ? NMM_TRY_FORCES : NMM_TRY_FLIPS;
@@ -475,9 +414,10 @@ static line begin_line(nmm_sim *sim) {
 // Go a further part of the change; contacts and residual there.
 static void go_further(nmm_sim *sim, passes *p, const nmm_step_state *step, double part) {
     apply_change(sim, part);
-    p->verdict = evaluate_contacts(sim);
+    const nmm_touched *touched = p->part ? &sim->nearby.touched : NULL;
+    p->verdict = p->part ? evaluate_touched(sim, &p->verdict) : evaluate_contacts(sim);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
-    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step);
+    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step, touched);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
 }
 
@@ -544,15 +484,17 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
     p->drift = (anew ? 0 : p->drift) + largest_change(sim);
     if (solved.end != NMM_SOLVE_CONVERGED) {
         snprintf(sim->report.reason, sizeof sim->report.reason,
-                 "the solver %s (%d iterations, relative residual %.2g)", name_of_end(solved.end),
-                 solved.iterations, solved.residual);
+                 "the solver %s (%d iterations, relative residual %.2g)",
+                 nmm_solves_end(solved.end), solved.iterations, solved.residual);
         *outcome = NMM_TRY_SOLVER;
         return NMM_OK;
     }
     const line along = begin_line(sim);
-    if (solved.coupled) nmm_mixing_reset(&sim->mixing);
-    if (solved.coupled || !go_mixed(sim, p, step)) go_along(sim, p, step, &along);
-    p->in_vain = solved.coupled && !(unbalance(sim) < NMM_GAINED * p->unbalance[p->n]);
+    if (solved.coupled || p->part) nmm_mixing_reset(&sim->mixing);
+    if (solved.coupled || p->part || !go_mixed(sim, p, step)) go_along(sim, p, step, &along);
+    const bool gained = unbalance(sim) < NMM_GAINED * p->unbalance[p->n];
+    p->in_vain = solved.coupled && !gained && !p->part;
+    p->whole = p->part && !gained;
     p->n_vain += p->in_vain;
     p->n += 1;
     sim->report.passes += 1;
@@ -566,7 +508,7 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
 static void look_again(nmm_sim *sim, passes *p, const nmm_step_state *step) {
     p->verdict = evaluate_contacts(sim);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
-    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step);
+    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step, NULL);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
 }
 
@@ -574,9 +516,10 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     const nmm_step_state step = {h, nmm_sim_time_after(sim, h), sim->moved};
     passes p = {.give = INFINITY, .stiffer = 1, .drift_allowed = drift_allowed(sim, h)};
     sim->report.passes = 0;
-    sim->gave_way = false;
     *outcome = NMM_TRY_SETTLED;
     nmm_mixing_reset(&sim->mixing);
+    nmm_supports_begin(sim);
+    sim->overlaps = false;
     restore_start(sim);
     sim->stiff = nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h, sim->gentle);
     begin_move(sim, h, step.end);

@@ -15,10 +15,6 @@
 // tell.
 static const double support_penalty[] = {50, 1000, 20000};
 
-// Points of a supported line share their carried traction over this many cover sizes. To raise it
-// point by point would lock the covers that the line cuts: there are as many points as unknowns.
-#define GROUP_LENGTH 1.5
-
 // Lengths below this part of the cover size count as touching.
 #define TOUCH 1e-6
 
@@ -45,12 +41,7 @@ typedef struct placing {
     nmm_context *context;
     nmm_model *model;
     int support_capacity, hold_capacity, load_capacity;
-    double touch; // [m]
-    struct {
-        int block, material, bin;
-    } * group; // [n_support_group]
-    int group_capacity;
-    int first_group;      // of the support being placed
+    double touch;         // [m]
     unsigned char *nodal; // [n_cover] the cover is one of a node, not of an edge or triangle
 } placing;
 
@@ -59,12 +50,12 @@ static double modulus_of(const nmm_model *model, int element) {
 }
 
 static nmm_status add_support(placing *p, const nmm_scene_support *from, int element,
-                              nmm_vec2 place, double length, int group) {
+                              nmm_vec2 place, double length) {
     nmm_model *model = p->model;
     TRY(nmm_grow(p->context, &model->support, &p->support_capacity, model->n_support + 1,
                  sizeof(nmm_support)));
     nmm_support *support = &model->support[model->n_support];
-    *support = (nmm_support){.element = element, .place = place, .length = length, .group = group};
+    *support = (nmm_support){.element = element, .place = place, .length = length, .group = -1};
     nmm_element_weights(model, element, place, support->weight);
     support->fix_x = from->fix_x;
     support->fix_y = from->fix_y;
@@ -144,42 +135,6 @@ static void initial_stress_at(const nmm_scene *scene, const nmm_model *model, in
     stress[2] = 0;
 }
 
-// Group of a point of `element` at distance `along` from the segment's start. Materials have groups
-// of their own: pressures on them are far apart where stiffnesses are.
-static nmm_status group_of(placing *p, const nmm_scene_support *from, int element, double along,
-                           int *group) {
-    nmm_model *model = p->model;
-    const int block = model->element_block[element], material = model->element_material[element];
-    const nmm_vec2 ab = nmm_vec2_sub(from->b, from->a);
-    const double length = sqrt(nmm_vec2_dot(ab, ab));
-    const int n = nmm_max_int(1, (int)(length / (GROUP_LENGTH * model->size)));
-    const int bin = nmm_min_int(n - 1, (int)(n * nmm_max(0, along) / nmm_max(length, p->touch)));
-    for (int k = p->first_group; k < model->n_support_group; k++) {
-        if (p->group[k].block != block || p->group[k].material != material) continue;
-        if (p->group[k].bin != bin) continue;
-        *group = k;
-        return NMM_OK;
-    }
-    TRY(nmm_grow(p->context, &p->group, &p->group_capacity, model->n_support_group + 1,
-                 sizeof(*p->group)));
-    *group = model->n_support_group++;
-    p->group[*group].block = block;
-    p->group[*group].material = material;
-    p->group[*group].bin = bin;
-    return NMM_OK;
-}
-
-// A support at a point of the segment.
-static nmm_status add_on_segment(placing *p, const nmm_scene_support *from, int element,
-                                 nmm_vec2 place, double length) {
-    const nmm_vec2 ab = nmm_vec2_sub(from->b, from->a), off = nmm_vec2_sub(place, from->a);
-    const double whole = sqrt(nmm_vec2_dot(ab, ab));
-    const double along = whole > 0 ? nmm_vec2_dot(ab, off) / whole : 0;
-    int group = -1;
-    TRY(group_of(p, from, element, along, &group));
-    return add_support(p, from, element, place, length, group);
-}
-
 // The traction of the initial stress on the segment's edges, at two Gauss points each: exact for a
 // stress linear in depth, so that a scene in balance does not move. Springless supports carry it.
 static nmm_status carry_initial_stress(placing *p, const nmm_scene *scene,
@@ -197,7 +152,7 @@ static nmm_status carry_initial_stress(placing *p, const nmm_scene *scene,
             const nmm_vec2 place = nmm_vec2_mix(a, b, 0.5 + k * 0.5 / sqrt(3.0));
             double s[3];
             initial_stress_at(scene, model, model->edge_element[v], place, s);
-            TRY(add_support(p, from, model->edge_element[v], place, 0, -1));
+            TRY(add_support(p, from, model->edge_element[v], place, 0));
             nmm_support *support = &model->support[model->n_support - 1];
             support->carried.x = from->fix_x ? 0.5 * (s[0] * normal.x + s[2] * normal.y) : 0;
             support->carried.y = from->fix_y ? 0.5 * (s[2] * normal.x + s[1] * normal.y) : 0;
@@ -217,7 +172,7 @@ static nmm_status support_middles(placing *p, const nmm_scene_support *from) {
         }
         const nmm_vec2 along = nmm_vec2_sub(b, a);
         const double length = (1 - 2 * share_of_end(model)) * sqrt(nmm_vec2_dot(along, along));
-        TRY(add_on_segment(p, from, model->edge_element[v], nmm_vec2_mix(a, b, 0.5), length));
+        TRY(add_support(p, from, model->edge_element[v], nmm_vec2_mix(a, b, 0.5), length));
     }
     return NMM_OK;
 }
@@ -231,12 +186,13 @@ static nmm_status support_segment(placing *p, const nmm_scene *scene,
         const nmm_vec2 place = start_of(model, v);
         if (distance_to_segment(place, from->a, from->b) > p->touch) continue;
         const share own = share_along(p, v, from);
-        TRY(add_on_segment(p, from, own.element, place, own.length));
+        TRY(add_support(p, from, own.element, place, own.length));
         model->support[model->n_support - 1].stiffness =
             support_penalty[model->order] * own.modulus * own.length / model->size;
     }
     if (model->n_support > before) {
         if (model->order > 0) TRY(support_middles(p, from));
+        TRY(nmm_supports_group(p->context, p->model, from->a, from->b, before));
         return carry_initial_stress(p, scene, from);
     }
     // Nothing of the boundary: hold points along the segment, inside or between vertices.
@@ -246,9 +202,9 @@ static nmm_status support_segment(placing *p, const nmm_scene *scene,
     for (int k = 0; k <= n; k++) {
         const nmm_vec2 place = nmm_vec2_mix(from->a, from->b, (double)k / n);
         const int e = nmm_model_find_element(model, place, p->touch);
-        if (e >= 0) TRY(add_on_segment(p, from, e, place, length / n));
+        if (e >= 0) TRY(add_support(p, from, e, place, length / n));
     }
-    return NMM_OK;
+    return nmm_supports_group(p->context, p->model, from->a, from->b, before);
 }
 
 static bool inside_box(const placing *p, nmm_vec2 place, const nmm_scene_support *box) {
@@ -295,7 +251,7 @@ static nmm_status support_box(placing *p, const nmm_scene_support *from) {
         for (int i = 0; i < model->n_local; i++)
             held = held && !outside[cover[i]];
         if (held) continue;
-        status = add_support(p, from, e, point_of(model, k), 0.5 * model->size, -1);
+        status = add_support(p, from, e, point_of(model, k), 0.5 * model->size);
     }
     nmm_release(p->context, &outside);
     nmm_release(p->context, &stiffest);
@@ -308,10 +264,11 @@ static nmm_status place_support(placing *p, nmm_scene *scene, const nmm_scene_su
     from.a = nmm_vec2_sub(given->a, model->origin);
     from.b = nmm_vec2_sub(given->b, model->origin);
     const int before = model->n_support + model->n_hold;
-    p->first_group = model->n_support_group;
     if (from.kind == NMM_PLACE_POINT) {
         const int e = nmm_model_find_element(model, from.a, p->touch);
-        if (e >= 0) TRY(add_on_segment(p, &from, e, from.a, model->size));
+        const int s = model->n_support;
+        if (e >= 0) TRY(add_support(p, &from, e, from.a, model->size));
+        TRY(nmm_supports_group(p->context, model, from.a, from.a, s));
     } else if (from.kind == NMM_PLACE_SEGMENT) {
         TRY(support_segment(p, scene, &from));
     } else if (from.kind == NMM_PLACE_BOX) {
@@ -459,7 +416,6 @@ static nmm_status place_all(placing *p, nmm_scene *scene) {
 nmm_status nmm_loads_place(nmm_context *context, nmm_scene *scene, nmm_model *model) {
     placing p = {.context = context, .model = model, .touch = TOUCH * model->size};
     const nmm_status status = place_all(&p, scene);
-    nmm_release(context, &p.group);
     nmm_release(context, &p.nodal);
     return status;
 }

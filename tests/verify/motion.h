@@ -45,10 +45,8 @@ static inline void motion_hold_each(nmm_sim *sim) {
         model->support[k].group = k;
         model->support[k].stiffness *= 1000;
     }
-    nmm_release(&sim->context, &sim->group);
-    assert_int_equal(
-        nmm_allocate(&sim->context, &sim->group, (size_t)model->n_support, sizeof *sim->group),
-        NMM_OK);
+    nmm_raising_close(&sim->context, &sim->raising);
+    assert_int_equal(nmm_raising_open(&sim->context, &sim->raising, model), NMM_OK);
 }
 
 #endif
