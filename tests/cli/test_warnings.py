@@ -144,7 +144,8 @@ class Warnings(Case):
         self.assertRegex(done.stderr, r"an element of block 0 near \(.*\) turned inside out")
 
     def test_sliver_inside_out(self):
-        run = ["run", "scene.yaml", "-q", "--set", "time={}"]
+        run = ["run", "scene.yaml", "-q", "--set", "time={}",
+               "--set", "materials.rock={density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.3}"]
         done = self.nmm(*run, scene=SLIVER)
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stderr, r"a sliver of .* turned inside out; another covers.size")
