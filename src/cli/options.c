@@ -17,7 +17,7 @@
 
 #define METHODS "auto, jacobi, chebyshev, pcg, sor, gauss-seidel or direct"
 #define BLOCKS "auto, cover, cluster or body"
-#define PRECISIONS "double or mixed"
+#define PRECISIONS "auto, double or mixed"
 #define STOPS "residual or average_change"
 
 typedef struct option_row {
@@ -41,7 +41,7 @@ static const option_row option_table[N_OPTION] = {
     [OPTION_PLACES] = {"places", 0, "FILE", "x, y and body of each two unknowns"},
     [OPTION_METHOD] = {"method", 0, "NAME", METHODS " (auto)"},
     [OPTION_BLOCKS] = {"blocks", 0, "NAME", "diagonal blocks: " BLOCKS " (auto)"},
-    [OPTION_PRECISION] = {"precision", 0, "NAME", PRECISIONS " (double)"},
+    [OPTION_PRECISION] = {"precision", 0, "NAME", PRECISIONS " (auto)"},
     [OPTION_TOLERANCE] = {"tolerance", 0, "R", "relative residual to reach (1e-8)"},
     [OPTION_ABSOLUTE] = {"absolute", 0, "F", "norm of the residual that is small enough (none)"},
     [OPTION_STOP] = {"stop", 0, "TEST", STOPS " (residual)"},

@@ -13,14 +13,16 @@
 #include <string.h>
 
 // Words of the settings, at the place of their value.
-static const char *const precision_word[] = {
-    [NMM_PRECISION_DOUBLE] = "double", [NMM_PRECISION_MIXED] = "mixed", NULL};
+static const char *const precision_word[] = {[NMM_PRECISION_DOUBLE] = "double",
+                                             [NMM_PRECISION_MIXED] = "mixed",
+                                             [NMM_PRECISION_AUTO] = "auto",
+                                             NULL};
 static const char *const stop_word[] = {"residual", "average_change", NULL};
 
 nmm_linear_def nmm_default_linear_def(void) {
     return (nmm_linear_def){.method = "auto",
                             .blocks = "auto",
-                            .precision = "double",
+                            .precision = "auto",
                             .stop = "residual",
                             .tolerance = 1e-8,
                             .n_repeat = 1};

@@ -373,7 +373,8 @@ static const nmm_word blocks_words[] = {{"auto", NMM_SCENE_BLOCKS_AUTO, false},
                                         {"cluster", NMM_SCENE_BLOCKS_CLUSTER, false},
                                         {"body", NMM_SCENE_BLOCKS_BODY, false},
                                         {NULL, 0, false}};
-static const nmm_word precision_words[] = {{"double", NMM_SCENE_DOUBLE, false},
+static const nmm_word precision_words[] = {{"auto", NMM_SCENE_PRECISION_AUTO, false},
+                                           {"double", NMM_SCENE_DOUBLE, false},
                                            {"mixed", NMM_SCENE_MIXED, false},
                                            {"single", -1, true},
                                            {NULL, 0, false}};
@@ -401,7 +402,7 @@ static const nmm_key solver_keys[] = {
      .standard = "auto", .why = "a target where there is one and it pays",
      .meaning = "where the solver runs; target never falls back to the host"},
     {"precision", KEY(raw_solver, precision), .kind = NMM_VALUE_CHOICE, .word = precision_words,
-     .standard = "double", .why = "stiff contacts need the digits",
+     .standard = "auto", .why = "mixed where the method is chosen and a large system gains by it",
      .meaning = "of the solver; mixed: iterations in single precision inside a correction in "
                 "double, to the same tolerance"},
 };

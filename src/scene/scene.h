@@ -105,7 +105,11 @@ typedef enum nmm_scene_blocks {
     NMM_SCENE_BLOCKS_CLUSTER,
     NMM_SCENE_BLOCKS_BODY
 } nmm_scene_blocks;
-typedef enum nmm_scene_precision { NMM_SCENE_DOUBLE, NMM_SCENE_MIXED } nmm_scene_precision;
+typedef enum nmm_scene_precision {
+    NMM_SCENE_DOUBLE,
+    NMM_SCENE_MIXED,
+    NMM_SCENE_PRECISION_AUTO
+} nmm_scene_precision;
 typedef enum nmm_stop { NMM_STOP_RESIDUAL, NMM_STOP_AVERAGE_CHANGE } nmm_stop;
 
 /// Everything a user can set that is not geometry. Filled with defaults; `nmm check` prints them.

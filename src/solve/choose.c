@@ -31,10 +31,21 @@
 // What is swept over once per iteration and is larger than a cache comes from memory: bytes that
 // stay in one, and the price of a byte that does not.
 #define CACHE 2e7
-#define PER_FAR_BYTE 0.05
+#define PER_FAR_BYTE 0.027
 #define BYTES_OF_BLOCK 36.0
 #define BYTES_OF_ROW 112.0
 #define BYTES_OF_DENSE_ROW 128.0
+
+// The same in float32, where the blocks of clusters are in any case; a block's copy, iterations for
+// one in float64, and orders of magnitude of a round, which ends with a residual in float64.
+#define BYTES_OF_NARROW_BLOCK 20.0
+#define BYTES_OF_NARROW_ROW 56.0
+#define TAKE_NARROW 2.0
+#define NARROW_MORE 1.1
+#define NARROW_ROUND 5.0
+
+// No round in float32 takes more than this part of the iterations allowed.
+#define NARROW_PART 0.25
 
 // Solves after which rates are measured anew.
 #define MEMORY 100
@@ -69,7 +80,8 @@ enum { DIRECT = NMM_BLOCKS_BODY + 1, KINDS };
 
 typedef struct prices {
     double prepare[KINDS], iterate[KINDS];
-    int largest; // kind of blocks
+    bool narrow[KINDS]; // iterations in float32 inside a correction in float64
+    int largest;        // kind of blocks
     bool has_direct;
 } prices;
 
@@ -128,6 +140,28 @@ static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
     make += PROJECT_BLOCK * n_block + FACTORISE * coarse.work;
     p.prepare[NMM_BLOCKS_BODY] = TAKE_BLOCK * n_block + BORNE * make;
     return p;
+}
+
+// Where an iteration reads what lies in memory, float32 halves that. It pays by as many iterations
+// as make up for the copy and the residuals between the rounds. Only once all kinds are known: the
+// budget of one that is to be compared with an unknown one would cut the rounds short.
+static void consider_float32(prices *p, const nmm_experience *experience, const nmm_bsr *K,
+                             double gain) {
+    const double n = K->n_row, n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
+    const double wide = BYTES_OF_BLOCK * n_block + BYTES_OF_ROW * n;
+    const double narrow = BYTES_OF_NARROW_BLOCK * n_block + BYTES_OF_NARROW_ROW * n;
+    for (int k = NMM_BLOCKS_COVER; k <= p->largest; k++)
+        if (!(experience->rate[k] > 0)) return;
+    for (int k = NMM_BLOCKS_COVER; k <= p->largest; k++) {
+        const double dense = k == NMM_BLOCKS_COVER ? 0 : BYTES_OF_DENSE_ROW * n;
+        const double iterate = p->iterate[k] - far(wide + dense) + far(narrow + dense);
+        const double prepare = TAKE_NARROW * n_block + gain / NARROW_ROUND * p->iterate[k];
+        const double iterations = gain / experience->rate[k];
+        if (prepare + NARROW_MORE * iterations * iterate >= iterations * p->iterate[k]) continue;
+        p->narrow[k] = true;
+        p->prepare[k] += prepare;
+        p->iterate[k] = iterate;
+    }
 }
 
 // Work that a kind needs for `gain` orders of magnitude; infinite where the rate is not known.
@@ -212,17 +246,19 @@ typedef struct search {
     prices price;
     nmm_experience *experience;
     nmm_solve_options now;
+    nmm_solve_precision asked;
     int first, kind;        // it began with, and at hand
     double wanted, gain;    // orders of magnitude in all, and to go
     int most;               // iterations allowed
     int iterations, setups; // so far
-    bool to_the_end;        // nothing to turn to: larger blocks failed, or mixed precision
+    bool to_the_end;        // nothing to turn to: larger blocks failed, or mixed was asked for
 } search;
 
 // A solve begins: rates fade, patterns come and go.
 static void remember(nmm_experience *experience, bool kept) {
     if (++experience->solves % MEMORY == 0) {
         memset(experience->rate, 0, sizeof experience->rate);
+        experience->wide_only = false;
     }
     if (!kept) {
         experience->life = 0.5 * (experience->life + experience->n_kept);
@@ -237,11 +273,14 @@ static search begin_search(nmm_solver *solver, const nmm_bsr *K, const double *f
     const bool kept = keep_pattern && solver->n_row == K->n_row;
     remember(experience, kept);
     search s = {.price = find_prices(solver, K, kept, options),
+                .asked = options->precision,
                 .experience = experience,
                 .now = *options,
                 .wanted = gain_wanted(K, f, options),
                 .most = options->max_iterations > 0 ? options->max_iterations : MOST_ITERATIONS};
     s.gain = s.wanted;
+    const bool free = options->precision == NMM_PRECISION_AUTO && !solver->staged;
+    if (free && !experience->wide_only) consider_float32(&s.price, experience, K, s.gain);
     s.kind = cheapest(&s.price, experience, s.gain);
     // A budget would cut float32 short: the largest blocks, to the end.
     s.to_the_end = options->precision == NMM_PRECISION_MIXED;
@@ -258,12 +297,15 @@ static int set_budget(search *s) {
         next = alternative(&s->price, s->experience, s->kind, s->gain, &work_there);
     }
     const bool known = s->kind == DIRECT || s->experience->rate[s->kind] > 0;
+    const bool narrow = s->price.narrow[s->kind] && !s->to_the_end;
     const double enough = work_there / s->price.iterate[s->kind];
-    const double budget = known ? FEW + enough : nmm_max(TRIAL, FEW + enough);
+    double budget = known ? FEW + enough : nmm_max(TRIAL, FEW + enough);
+    if (narrow) budget /= NARROW_PART;
     const int left = s->most - s->iterations;
     s->now.max_iterations = budget < left ? (int)budget : left;
     s->now.method = s->kind == DIRECT ? NMM_SOLVE_DIRECT : NMM_SOLVE_PCG;
     s->now.blocks = s->kind == DIRECT ? NMM_BLOCKS_COVER : (nmm_solve_blocks)s->kind;
+    s->now.precision = narrow ? NMM_PRECISION_MIXED : s->asked;
     return next;
 }
 
@@ -274,6 +316,9 @@ static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_repor
     s->iterations += report->iterations;
     s->setups += report->setups;
     learn(s->experience, s->kind, report->iterations, before, last);
+    // Where float32 did not do once, it is not tried before the memory fades.
+    const bool narrow = s->now.precision == NMM_PRECISION_MIXED;
+    if (narrow && report->precision == NMM_PRECISION_DOUBLE) s->experience->wide_only = true;
     if (report->end == NMM_SOLVE_CONVERGED || s->iterations >= s->most) return false;
     if (report->end == NMM_SOLVE_TOO_SLOW) {
         if (last > solver->limit && solver->limit > 0) s->gain = log10(last / solver->limit);
@@ -328,7 +373,7 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
     // A method, limits and precision that were asked for are those of the symmetric systems.
     const bool free = options->method == NMM_SOLVE_AUTO && options->max_iterations == 0 &&
                       options->blocks == NMM_BLOCKS_AUTO &&
-                      options->precision == NMM_PRECISION_DOUBLE;
+                      options->precision != NMM_PRECISION_MIXED;
     report->coupled = false;
     if (options->coupling != NULL && free && !solver->staged) {
         TRY(nmm_gauss_solve(context, solver, K, f, u, keep_pattern, options, report));

@@ -15,6 +15,9 @@
 // Fewer rows are added one by one: what runs are there is hard to foresee.
 #define FEW_ROWS 24
 
+// Blocks of K fetched ahead, which lie anywhere.
+#define BLOCKS_AHEAD 12
+
 // Block columns of a front that a thread assembles at a time, where threads share it.
 #define STRIP 8
 
@@ -332,7 +335,10 @@ static void add_entries(const assembly *a, const double *value) {
             if (entry[middle].at < first) k = middle + 1;
             if (entry[middle].at >= first) n = middle;
         }
+    const long last = (a->f->n_block + a->f->n_row) / 2 - front->entry - 1;
     for (; k < front->n_entry && entry[k].at < end; k++) {
+        const long later = k + BLOCKS_AHEAD < last ? k + BLOCKS_AHEAD : last;
+        __builtin_prefetch(value + 4 * (long)entry[later].block);
         const double *block = value + 4 * (long)entry[k].block;
         double *to = a->panel + entry[k].at;
         memcpy(to, block, 2 * sizeof(double));

@@ -5,11 +5,18 @@
 
 #include "jacobi_scalars.inl"
 
-// Rows whose matrix fits into a cache, about; beyond, numbers of it that are fetched ahead. Those
-// of dense blocks always are.
+// Rows whose matrix fits into a cache, about; beyond, numbers of it that are fetched ahead, and
+// rows of vectors. Numbers of dense blocks always are.
 #define ROWS_IN_CACHE 30000
-#define AHEAD 512
+#define AHEAD 1024
+#define ROWS_AHEAD 32
+#define INVERSE_AHEAD 256
 #define DENSE_AHEAD 1024
+
+// The last row, where the matrix does not fit into a cache, else 0.
+static inline int far_row(int n) {
+    return n > ROWS_IN_CACHE ? n - 1 : 0;
+}
 
 #define REAL double
 #define ARRAYS wide

@@ -54,7 +54,7 @@ typedef wide_lanes lanes_wide;
 static void multiply_all(const nmm_solver *s, const double *x, double *y) {
     SHARED_ROWS
     for (int row = 0; row < s->n; row++)
-        multiply_row_wide(s->row_start, s->col, s->wide.value, x, row, s->n > ROWS_IN_CACHE,
+        multiply_row_wide(s->row_start, s->col, s->wide.value, x, row, far_row(s->n),
                           y + 2 * (long)row);
 }
 

@@ -29,16 +29,21 @@
 // Where LANES is defined, products are written with vectors of four numbers; the sums are the same,
 // lane by lane, as in the text beside them.
 
-// y = one block row of K x. `far`: K comes from memory, where what a processor fetches ahead by
-// itself ends with each page.
+// y = one block row of K x. `far`: the last row, where K and x come from memory and are fetched
+// ahead, K because what a processor fetches by itself ends with each page; of x what no row needed
+// before, which is the last that a row asks for. Else 0.
 static inline void NAME(multiply_row)(const int *row_start, const int *col, const REAL *value,
-                                      const REAL *x, int row, bool far, REAL y[2]) {
+                                      const REAL *x, int row, int far, REAL y[2]) {
 #ifdef LANES
+    if (far > 0) {
+        const int later = row + ROWS_AHEAD < far ? row + ROWS_AHEAD : far;
+        __builtin_prefetch(x + 2 * (long)col[row_start[later + 1] - 1]);
+    }
     NAME(lanes) sum = {0, 0, 0, 0};
     for (int k = row_start[row]; k < row_start[row + 1]; k++) {
         NAME(lanes) v;
         NAME(pair) xk;
-        if (far) __builtin_prefetch(value + 4 * (long)k + AHEAD);
+        if (far > 0) __builtin_prefetch(value + 4 * (long)k + AHEAD);
         memcpy(&v, value + 4 * (long)k, sizeof v);
         memcpy(&xk, x + 2 * (long)col[k], sizeof xk);
         sum += v * __builtin_shufflevector(xk, xk, 0, 1, 0, 1);
@@ -130,6 +135,9 @@ static inline void NAME(apply_group)(const REAL *inverse, const float *dense, co
     }
     for (int k = 0; k < n_row; k++) {
         const REAL *block = inverse + 4 * ((long)group * NMM_GROUP + k);
+#ifdef LANES
+        __builtin_prefetch(block + INVERSE_AHEAD);
+#endif
         const REAL r0 = r[2 * k], r1 = r[2 * k + 1];
         z[2 * k] = block[0] * r0 + block[1] * r1;
         z[2 * k + 1] = block[2] * r0 + block[3] * r1;
@@ -141,7 +149,7 @@ static inline void NAME(apply_group)(const REAL *inverse, const float *dense, co
 // True residual r = f - K u; z = D^-1 r; terms of r.z and r.r.
 static void NAME(measure_rows)(const nmm_solver *s) {
     const int n = s->n, n_group = nmm_groups_of(n);
-    const bool far = n > ROWS_IN_CACHE;
+    const int far = far_row(n);
     const int *row_start = s->row_start, *col = s->col;
     const REAL *value = s->ARRAYS.value, *inverse = s->ARRAYS.inverse;
     const REAL *f = s->ARRAYS.f, *u = s->ARRAYS.u;
@@ -170,7 +178,7 @@ static void NAME(measure_rows)(const nmm_solver *s) {
 // q = K p; terms of p.q.
 static void NAME(multiply_direction)(const nmm_solver *s) {
     const int n = s->n, n_group = nmm_groups_of(n);
-    const bool far = n > ROWS_IN_CACHE;
+    const int far = far_row(n);
     const int *row_start = s->row_start, *col = s->col;
     const REAL *value = s->ARRAYS.value, *p = s->ARRAYS.p;
     REAL *q = s->ARRAYS.q;
@@ -190,10 +198,11 @@ static void NAME(multiply_direction)(const nmm_solver *s) {
 }
 
 // Sweep k of a batch, of block Jacobi or Chebyshev, eq. (6.4) and (6.12): p = a p + b D^-1 r, to =
-// from + p; terms of r.D^-1 r and r.r, where r belongs to `from`.
-static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, int k) {
+// from + p; p is kept for Chebyshev. `last` of the batch: terms of r.D^-1 r and r.r, where r
+// belongs to `from`.
+static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, int k, bool last) {
     const int n = s->n, n_group = nmm_groups_of(n);
-    const bool far = n > ROWS_IN_CACHE;
+    const int far = far_row(n);
     const int *row_start = s->row_start, *col = s->col;
     const REAL *value = s->ARRAYS.value, *inverse = s->ARRAYS.inverse, *f = s->ARRAYS.f;
     REAL *p = s->ARRAYS.p;
@@ -213,12 +222,14 @@ static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, int k) 
             r[2 * (row - first) + 1] = f[2 * (long)row + 1] - y[1];
         }
         NAME(apply_group)(inverse, dense, scale, group, end - first, r, z);
+        const long at = 2 * (long)first;
         for (int i = 0; i < 2 * (end - first); i++) {
-            const long at = 2 * (long)first + i;
             // What p held before the first sweep is no number to count with.
-            p[at] = a == 0 ? b * z[i] : a * p[at] + b * z[i];
-            to[at] = from[at] + p[at];
+            const REAL step = a == 0 ? b * z[i] : a * p[at + i] + b * z[i];
+            if (state->directed) p[at + i] = step;
+            to[at + i] = from[at + i] + step;
         }
+        if (!last) continue;
         part[2 * (long)group] = NAME(dot_group)(r, z, 2 * (end - first));
         part[2 * (long)group + 1] = NAME(dot_group)(r, r, 2 * (end - first));
     }
@@ -335,7 +346,7 @@ static void NAME(sweep_batch)(const nmm_solver *s, int n) {
     BATCH {
         REAL *x[2] = {s->ARRAYS.u, s->ARRAYS.q};
         for (int k = 0; k < n; k++)
-            NAME(sweep)(s, x[k % 2], x[(k + 1) % 2], k);
+            NAME(sweep)(s, x[k % 2], x[(k + 1) % 2], k, k == n - 1);
         sum_chunks(s);
         total(s);
     }
@@ -374,6 +385,7 @@ static bool NAME(change_settled)(const nmm_solver *s) {
 static double NAME(run_sweeps)(nmm_solver *s, sweeps *plan, double norm, double limit,
                                nmm_solve_report *report) {
     plan_start(plan, norm, s->state->sum[0]);
+    s->state->directed = plan->chebyshev;
     const int before = report->iterations;
     while (!(norm <= limit)) {
         const int n = nmm_min_int(NMM_BATCH, s->options.max_iterations - report->iterations);

@@ -19,7 +19,8 @@
 #define SINGULAR 1e-14
 
 nmm_solve_options nmm_default_solve_options(void) {
-    return (nmm_solve_options){.method = NMM_SOLVE_AUTO, .tolerance = 1e-8};
+    return (nmm_solve_options){
+        .method = NMM_SOLVE_AUTO, .precision = NMM_PRECISION_AUTO, .tolerance = 1e-8};
 }
 
 const char *const nmm_solve_method_word[] = {[NMM_SOLVE_AUTO] = "auto",
@@ -174,7 +175,7 @@ static nmm_status check_options(nmm_context *context, const nmm_solve_options *o
                         o->sor_factor);
     }
     if (!((int)o->blocks >= NMM_BLOCKS_AUTO && o->blocks <= NMM_BLOCKS_BODY) ||
-        !((int)o->precision >= NMM_PRECISION_DOUBLE && o->precision <= NMM_PRECISION_MIXED)) {
+        !((int)o->precision >= NMM_PRECISION_DOUBLE && o->precision <= NMM_PRECISION_AUTO)) {
         return nmm_fail(context, NMM_ERROR_ARGUMENT, "solver blocks %d, precision %d: unknown",
                         (int)o->blocks, (int)o->precision);
     }
@@ -207,7 +208,8 @@ static nmm_solve_options complete_options(const nmm_context *context, bool stage
     // The coarse correction is one of conjugate gradients on the host, and needs places and bodies.
     const bool coarse = o.method == NMM_SOLVE_PCG && !staged && o.place != NULL && o.body != NULL;
     if (o.blocks == NMM_BLOCKS_BODY && !coarse) o.blocks = NMM_BLOCKS_CLUSTER;
-    if (!sweeps && o.method != NMM_SOLVE_PCG) o.precision = NMM_PRECISION_DOUBLE;
+    const bool narrow = sweeps || o.method == NMM_SOLVE_PCG;
+    if (!narrow || o.precision == NMM_PRECISION_AUTO) o.precision = NMM_PRECISION_DOUBLE;
     if (o.sor_factor == 0) o.sor_factor = 1.9;
     if (o.method == NMM_SOLVE_GAUSS_SEIDEL) o.sor_factor = 1;
     if (o.max_iterations == 0) o.max_iterations = chosen_iterations(o.method, n_row);

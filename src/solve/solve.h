@@ -48,7 +48,8 @@ typedef enum nmm_solve_blocks {
 
 typedef enum nmm_solve_precision {
     NMM_PRECISION_DOUBLE,
-    NMM_PRECISION_MIXED // iterations in float32 inside a float64 residual correction
+    NMM_PRECISION_MIXED, // iterations in float32 inside a float64 residual correction
+    NMM_PRECISION_AUTO   // mixed where blocks are left to choose and it promises less work
 } nmm_solve_precision;
 
 typedef enum nmm_solve_end {
@@ -96,7 +97,8 @@ typedef struct nmm_solve_report {
     nmm_solve_end end;
     nmm_solve_method method; // the one used; auto says which
     nmm_solve_blocks blocks;
-    nmm_solve_precision precision; // double where float32 could not reach the tolerance
+    // Never auto; double where float32 could not reach the tolerance.
+    nmm_solve_precision precision;
     int n_thread;
     const char *why; // a sentence on what auto chose or mixed fell back to; "" otherwise
     bool coupled;    // the coupling was taken into account

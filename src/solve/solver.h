@@ -45,6 +45,7 @@ typedef struct nmm_iteration {
     int stop; // nmm_stop
     int iterations;
     int on_device; // observed in a kernel
+    int directed;  // sweeps keep their direction for the next one
     double limit;  // value of r . r at which to stop
     double sum[2]; // last sums
     double rho, alpha, beta;
@@ -72,6 +73,7 @@ typedef struct nmm_narrow {
 typedef struct nmm_experience {
     double rate[NMM_BLOCKS_BODY +
                 1]; // by nmm_solve_blocks: orders of magnitude an iteration gains; 0: not known
+    bool wide_only; // float32 did not reach a tolerance since
     int solves;     // since they were last forgotten
     int n_kept;     // with the pattern at hand
     int undirected; // in a row that needed no factor

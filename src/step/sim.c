@@ -107,11 +107,14 @@ nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
 static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
     TRY(nmm_step_backend(&sim->context, device, &sim->backend));
     nmm_summary *summary = &sim->summary;
-    const bool mixed = sim->settings.precision == NMM_SCENE_MIXED;
+    static const char *const precision[] = {[NMM_SCENE_DOUBLE] = "double",
+                                            [NMM_SCENE_MIXED] = "mixed",
+                                            [NMM_SCENE_PRECISION_AUTO] = "auto"};
     snprintf(summary->method, sizeof summary->method, "%s",
              nmm_solve_method_name(nmm_step_method(sim)));
     snprintf(summary->device, sizeof summary->device, "%s", sim->backend->name);
-    snprintf(summary->precision, sizeof summary->precision, "%s", mixed ? "mixed" : "double");
+    snprintf(summary->precision, sizeof summary->precision, "%s",
+             precision[sim->settings.precision]);
     return NMM_OK;
 }
 

@@ -126,7 +126,7 @@ class Words(Case):
         self.wrong("must be auto, jacobi, .* or direct", "solve", "a.mtx", "--method", "or")
         self.wrong("must be auto, jacobi, .* or direct", "solve", "a.mtx", "--method", "gauss_seidel")
         self.wrong("must be auto, cover, cluster or body", "solve", "a.mtx", "--blocks", "")
-        self.wrong("must be double or mixed", "solve", "a.mtx", "--precision", "half")
+        self.wrong("must be auto, double or mixed", "solve", "a.mtx", "--precision", "half")
         self.wrong("must be residual or average_change", "solve", "a.mtx", "--stop", "never")
         for option, values in {"tolerance": "0 1 nan x -1", "absolute": "0 inf", "damping": "2 0",
                                "factor": "2 0", "max-iterations": "0 1.5", "repeat": "0 x"}.items():

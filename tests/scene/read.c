@@ -69,7 +69,7 @@ static void minimal_scene_has_defaults(void **unused) {
     assert_int_equal(s->mass, NMM_MASS_CONSISTENT);
     assert_int_equal(s->method, NMM_METHOD_AUTO);
     assert_int_equal(s->blocks, NMM_SCENE_BLOCKS_AUTO);
-    assert_int_equal(s->precision, NMM_SCENE_DOUBLE);
+    assert_int_equal(s->precision, NMM_SCENE_PRECISION_AUTO);
     assert_int_equal(s->device, NMM_DEVICE_CHOOSE);
     assert_true(s->out_displacement && s->out_velocity && s->out_stress && s->out_contact);
     assert_null(scene.report);
@@ -84,7 +84,7 @@ static void words_of_the_solver_arrive(void **unused) {
         {"{method: chebyshev, blocks: cluster, precision: mixed}", NMM_METHOD_CHEBYSHEV,
          NMM_SCENE_BLOCKS_CLUSTER, NMM_SCENE_MIXED},
         {"{method: direct, blocks: cover}", NMM_METHOD_DIRECT, NMM_SCENE_BLOCKS_COVER,
-         NMM_SCENE_DOUBLE},
+         NMM_SCENE_PRECISION_AUTO},
         {"{method: pcg, blocks: body, precision: double}", NMM_METHOD_PCG, NMM_SCENE_BLOCKS_BODY,
          NMM_SCENE_DOUBLE},
     };

@@ -481,6 +481,56 @@ static void test_unused_factor(void **state) {
     tear_down(&x);
 }
 
+// What a solver knows that has used all kinds.
+static void tell_rates(fixture *x) {
+    x->solver->experience.rate[NMM_BLOCKS_COVER] = 0.02;
+    x->solver->experience.rate[NMM_BLOCKS_CLUSTER] = 0.1;
+    x->solver->experience.rate[NMM_BLOCKS_BODY] = 0.05;
+    x->solver->experience.wide_only = false;
+}
+
+// A system that caches do not hold is iterated in float32 where nobody asked for double, with the
+// same bits on any number of threads; a small one is not.
+static void test_float32_of_large_systems(void **state) {
+    (void)state;
+    rock wall = {.n_across = 30, .n_up = 30, .n_node = 9, .courant = 0.3, .spring = 2, .seed = 5};
+    fixture x;
+    set_up(&x, &wall);
+    tell_rates(&x);
+    solve(&x, false);
+    assert_int_equal(x.report.precision, NMM_PRECISION_MIXED);
+    assert_int_equal(x.report.blocks, NMM_BLOCKS_CLUSTER);
+    const size_t bytes = 2 * (size_t)x.system.K.n_row * sizeof *x.u;
+    const uint64_t hash = nmm_hash(NMM_HASH_START, x.u, bytes);
+    tell_rates(&x);
+    x.options.n_thread = 3;
+    solve(&x, true);
+    assert_int_equal(x.report.precision, NMM_PRECISION_MIXED);
+    assert_true(hash == nmm_hash(NMM_HASH_START, x.u, bytes));
+    tell_rates(&x);
+    x.options.precision = NMM_PRECISION_DOUBLE;
+    solve(&x, true);
+    assert_int_equal(x.report.precision, NMM_PRECISION_DOUBLE);
+    // Numbers that float32 does not hold: said once, and not tried again.
+    x.options.precision = NMM_PRECISION_AUTO;
+    for (long k = 0; k < 4L * x.system.n_block; k++)
+        x.system.K.value[k] *= 0x1p100;
+    for (int k = 0; k < 2; k++) {
+        if (k == 0) tell_rates(&x);
+        solve(&x, true);
+        assert_int_equal(x.report.precision, NMM_PRECISION_DOUBLE);
+        assert_true((strstr(x.report.why, "float32") != NULL) == (k == 0));
+        assert_true(x.solver->experience.wide_only);
+    }
+    tear_down(&x);
+    wall.n_across = wall.n_up = 3;
+    set_up(&x, &wall);
+    tell_rates(&x);
+    solve(&x, false);
+    assert_int_equal(x.report.precision, NMM_PRECISION_DOUBLE);
+    tear_down(&x);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_never_twice_the_best),
@@ -492,6 +542,7 @@ int main(void) {
         cmocka_unit_test(test_reuse_of_all),
         cmocka_unit_test(test_reuse_after_trouble),
         cmocka_unit_test(test_unused_factor),
+        cmocka_unit_test(test_float32_of_large_systems),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

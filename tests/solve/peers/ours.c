@@ -111,7 +111,7 @@ static const char *note_of_ours(const void *state) {
 
 const bench_method *bench_ours(int *n) {
     static const bench_method list[] = {
-        OURS("auto", 0, true, AUTO, AUTO, DOUBLE, 0),
+        OURS("auto", 0, true, AUTO, AUTO, AUTO, 0),
         OURS("pcg-cover", 0, true, PCG, COVER, DOUBLE, 0),
         OURS("pcg-cover-mixed", 0, true, PCG, COVER, MIXED, 0),
         OURS("pcg-cluster", 0, true, PCG, CLUSTER, DOUBLE, 0),
