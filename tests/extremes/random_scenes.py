@@ -12,7 +12,7 @@ the ledger closes, and that no energy comes from nowhere. Then everything is lis
 order, the scene is mirrored, turned, shifted to map coordinates, scaled by 1024 and by 1000: all
 monitors must move as the scene does.
 
-Where they do not, the scene is sheared by 1e-11 and by 1e-9, both ways: one that answers with a
+Where they do not, the scene is sheared by 1e-12, 1e-11 and 1e-9, both ways: one that answers with a
 difference as large decides something at a rounding, and is counted as sensitive, which is no
 finding. Copies whose steps are cut at other places are counted as such, where the scene in steps of
 a third differs as much, and so are those whose lattice is another one. --keep writes the scenes with findings; --seconds begins no scene after that
@@ -282,7 +282,7 @@ def scaled(scene, s):
 
 # Of places, to see whether something is decided at a rounding: less than any answer may need, more
 # than the rounding of the copies. Both ways: what stands on an edge may fall to either side.
-NUDGES = (1e-11, 1e-9, -1e-11, -1e-9)
+NUDGES = (1e-11, 1e-9, -1e-11, -1e-9, 1e-12, -1e-12)
 
 
 def nudged(scene, part):
