@@ -22,6 +22,7 @@ typedef struct nmm_contact_verdict {
     int n_opened, n_closed; // against the modes before the evaluation
     int n_slipped, n_stuck;
     int n_sliding;      // contacts that slide now
+    int n_slid;         // that slid before
     int worst;          // contact that changed mode with the largest force, -1: none
     double worst_force; // [N] of that one
 } nmm_contact_verdict;
@@ -65,6 +66,10 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
 /// start. Returns how the modes differ from those before.
 nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const nmm_model *model,
                                          nmm_state *state, int n_thread);
+
+/// The same for n contacts; NULL: the first ones. The others have not moved since the last time.
+nmm_contact_verdict nmm_contact_evaluate_some(const nmm_model *model, nmm_state *state,
+                                              const int *contact, int n, int n_thread);
 
 /// The derivatives at state->position, eq. (5.5) and (5.6): exact, so that a pair of contact forces
 /// has neither resultant nor moment.

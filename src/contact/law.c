@@ -201,6 +201,7 @@ static void add_verdict(nmm_contact_verdict *sum, const nmm_contact_verdict *par
     sum->n_slipped += part->n_slipped;
     sum->n_stuck += part->n_stuck;
     sum->n_sliding += part->n_sliding;
+    sum->n_slid += part->n_slid;
     if (part->worst >= 0) count_worst(sum, part->worst, part->worst_force);
 }
 
@@ -208,7 +209,7 @@ static void evaluate(const nmm_model *model, const nmm_state *state, int k,
                      nmm_contact_verdict *verdict) {
     nmm_contact *c = &state->contact[k];
     const nmm_contact_mode before = c->mode;
-    c->mode_before = before;
+    verdict->n_slid += before == NMM_CONTACT_SLIDE;
     if (measure(model, state, c))
         apply_law(&model->interface[c->interface], c, 1e-15 * model->height);
     else
@@ -219,21 +220,25 @@ static void evaluate(const nmm_model *model, const nmm_state *state, int k,
     count_worst(verdict, k, fabs(c->normal_force) + fabs(c->shear_force));
 }
 
-nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const nmm_model *model,
-                                         nmm_state *state, int n_thread) {
+nmm_contact_verdict nmm_contact_evaluate_some(const nmm_model *model, nmm_state *state,
+                                              const int *contact, int n, int n_thread) {
     nmm_contact_verdict verdict = {.worst = -1};
-    const int n = state->n_contact;
-    (void)search;
 #pragma omp parallel num_threads(n_thread) if (n_thread > 1 && n > 2048)
     {
         nmm_contact_verdict own = {.worst = -1};
 #pragma omp for schedule(static) nowait
-        for (int k = 0; k < n; k++)
-            evaluate(model, state, k, &own);
+        for (int i = 0; i < n; i++)
+            evaluate(model, state, contact != NULL ? contact[i] : i, &own);
 #pragma omp critical(nmm_verdict)
         add_verdict(&verdict, &own);
     }
     return verdict;
+}
+
+nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const nmm_model *model,
+                                         nmm_state *state, int n_thread) {
+    (void)search;
+    return nmm_contact_evaluate_some(model, state, NULL, state->n_contact, n_thread);
 }
 
 // Part of a force that a spring holds, by its way; ways of rounding hold nothing.

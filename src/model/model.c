@@ -84,15 +84,21 @@ static inline void place_point(const nmm_model *model, nmm_state *state, int p, 
     }
 }
 
-void nmm_state_place(const nmm_model *model, nmm_state *state, int n_thread) {
-    const int n_point = model->n_point, m = model->n_local;
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_point > 4096)
-    for (int p = 0; p < n_point; p++) {
+void nmm_state_place_some(const nmm_model *model, nmm_state *state, const int *point, int n,
+                          int n_thread) {
+    const int m = model->n_local;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
+    for (int i = 0; i < n; i++) {
+        const int p = point != NULL ? point[i] : i;
         if (m == 3)
             place_point(model, state, p, 3);
         else
             place_point(model, state, p, m);
     }
+}
+
+void nmm_state_place(const nmm_model *model, nmm_state *state, int n_thread) {
+    nmm_state_place_some(model, state, NULL, model->n_point, n_thread);
 }
 
 static nmm_status check_finite(nmm_context *context, const char *stage, const char *name, long n,

@@ -136,12 +136,11 @@ typedef enum nmm_contact_mode {
 typedef struct nmm_contact {
     int vertex, edge;
     int interface;
-    nmm_contact_mode mode;        // at the last evaluation
-    nmm_contact_mode mode_before; // at the evaluation before the last
-    bool bonded;                  // cohesion and tension still act
-    bool broken;                  // was bonded once: residual friction from now on
-    bool breaking;                // the bond gave way in this try of the step
-    bool hasty;                   // augmented: the step is too short for carried forces to follow
+    nmm_contact_mode mode; // at the last evaluation
+    bool bonded;           // cohesion and tension still act
+    bool broken;           // was bonded once: residual friction from now on
+    bool breaking;         // the bond gave way in this try of the step
+    bool hasty;            // augmented: the step is too short for carried forces to follow
     double normal_stiffness, shear_stiffness; // [N/m]
     double anchor; // edge parameter where the shear spring is tied, at the start of the step
     double rest;   // [m] overlap it was found with, <= 0: carries no force
@@ -183,6 +182,10 @@ void nmm_state_destroy(nmm_context *context, nmm_state *state);
 
 /// state->position from state->displacement.
 void nmm_state_place(const nmm_model *model, nmm_state *state, int n_thread);
+
+/// The same for n points; NULL: the first ones.
+void nmm_state_place_some(const nmm_model *model, nmm_state *state, const int *point, int n,
+                          int n_thread);
 
 /// NMM_ERROR_NUMERIC with array and index at the first number that is not finite; `stage` is named.
 nmm_status nmm_state_check(nmm_context *context, const nmm_model *model, const nmm_state *state,

@@ -264,8 +264,8 @@ static void weigh(const nmm_balance *balance, nmm_system *system, const nmm_mode
 }
 
 // Its terms are made anew for each system: there is no way back.
-static void weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
-                           const nmm_model *model) {
+void nmm_balance_weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
+                                const nmm_model *model) {
     const long n = (long)coupling->n * coupling->n_row;
     for (long i = 0; balance->weighted && i < n; i++) {
         const double factor = balance->weight[model->cover_block[coupling->row[i]]];
@@ -279,7 +279,6 @@ static void weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
 void nmm_balance_put_weights(const nmm_balance *balance, nmm_system *system,
                              const nmm_model *model) {
     weigh(balance, system, model, true);
-    weigh_coupling(balance, &system->coupling, model);
 }
 
 void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,

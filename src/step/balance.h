@@ -74,7 +74,11 @@ double nmm_balance_limit(const nmm_balance *balance);
 void nmm_balance_weigh_matrix(const nmm_balance *balance, nmm_system *system,
                               const nmm_model *model);
 
-/// Residual, change and coupling, weighted; residual and change as they were.
+/// A coupling made anew, weighted.
+void nmm_balance_weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,
+                                const nmm_model *model);
+
+/// Residual and change, weighted; as they were.
 void nmm_balance_put_weights(const nmm_balance *balance, nmm_system *system,
                              const nmm_model *model);
 void nmm_balance_take_weights(const nmm_balance *balance, nmm_system *system,

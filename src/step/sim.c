@@ -174,6 +174,7 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_system_destroy(context, &sim->system);
     nmm_mixing_close(context, &sim->mixing);
     nmm_motion_close(context, &sim->motion);
+    nmm_nearby_close(context, &sim->nearby);
     nmm_balance_close(context, &sim->balance);
     nmm_release(context, &sim->free_body);
     nmm_release(context, &sim->moved);

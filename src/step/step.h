@@ -10,6 +10,7 @@
 #include "cover.h"
 #include "mixing.h"
 #include "motion.h"
+#include "nearby.h"
 #include "scene.h"
 #include "solve.h"
 #include "system.h"
@@ -50,10 +51,6 @@
 #define NMM_SUPPORT_SHARE 1e-3
 #define NMM_SUPPORT_SHARE_MOVING 0.1
 
-/// Rows up to which solves know of friction: larger systems took as many passes with it as without,
-/// and more time (walls and slopes from 10^4 unknowns up).
-#define NMM_COUPLED_ROWS 6500
-
 /// Residual of a linear solve over that before, where it knows of friction: passes in which
 /// contacts change mode gain no more, and when none did the pass gains nearly all that the solve
 /// does.
@@ -71,11 +68,17 @@
 /// Part of the unbalanced forces allowed that a first pass may leave where the motion goes on.
 #define NMM_FIRST_PASS 0.1
 
+/// Unbalanced forces over all of them that a first pass and a later one may leave aside, to solve
+/// only for the rows that have the others and those near by.
+#define NMM_FIRST_LEFT 1e-4
+#define NMM_LATER_LEFT 1e-2
+
 /// Limits of one step.
 enum {
-    NMM_MAX_PASS = 40,  // open-close passes of one try
-    NMM_MAX_LOOK = 8,   // looks along one correction
-    NMM_MAX_RAISE = 30, // times carried forces are raised in one try
+    NMM_NEAR_ROWS = 300, // rows from which on solves may be for part of them
+    NMM_MAX_PASS = 40,   // open-close passes of one try
+    NMM_MAX_LOOK = 8,    // looks along one correction
+    NMM_MAX_RAISE = 30,  // times carried forces are raised in one try
 };
 
 /// Why a try of a step was given up.
@@ -159,6 +162,7 @@ struct nmm_sim {
 
     nmm_mixing mixing; // of the passes; open where there is contact
     nmm_motion motion; // the same
+    nmm_nearby nearby; // of solves for part of the rows; open from the first that may be
 
     nmm_balance balance;      // of the forces, block by block
     nmm_free_body *free_body; // [n_block]; NULL: the scheme does not keep momenta
@@ -233,6 +237,13 @@ nmm_solve_method nmm_step_method(const nmm_sim *sim);
 /// The backend for a device. NMM_ERROR_DEVICE: there is no such device.
 nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
                             const nmm_solve_backend **backend);
+
+/// Book a linear solve; how it ended, in words that follow "the solver".
+void nmm_solves_count(nmm_summary *summary, const nmm_solve_report *report);
+const char *nmm_solves_end(nmm_solve_end end);
+
+/// Room for solves of part of the rows, where there may be any, from the first contact on.
+nmm_status nmm_solves_open_nearby(nmm_sim *sim);
 
 /// Try one step of length h from the saved start: the open-close loop.
 nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome);

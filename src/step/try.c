@@ -24,6 +24,8 @@ typedef struct passes {
     nmm_contact_verdict verdict;
     bool in_vain; // the last solve knew of friction, and the pass gained little
     int n_vain;   // passes of this kind
+    bool part;    // the last solve was for part of the rows
+    bool whole;   // the next one must not be
 } passes;
 
 static void restore_start(nmm_sim *sim) {
@@ -62,6 +64,17 @@ static nmm_contact_verdict evaluate_contacts(nmm_sim *sim) {
     return nmm_contact_evaluate(sim->search, &sim->model, &sim->state, sim->context.n_thread);
 }
 
+// After a move of some covers: what it touches.
+static nmm_contact_verdict evaluate_touched(nmm_sim *sim, const nmm_contact_verdict *last) {
+    const nmm_touched *touched = &sim->nearby.touched;
+    const int n_thread = sim->context.n_thread;
+    nmm_state_place_some(&sim->model, &sim->state, touched->point.item, touched->point.n, n_thread);
+    nmm_contact_verdict verdict = nmm_contact_evaluate_some(
+        &sim->model, &sim->state, touched->contact.item, touched->contact.n, n_thread);
+    verdict.n_sliding += last->n_sliding - verdict.n_slid;
+    return verdict;
+}
+
 // Room in the solver for the matrix as it is now.
 static nmm_status open_solver(nmm_sim *sim) {
     const nmm_bsr *K = &sim->system.K;
@@ -77,11 +90,9 @@ static nmm_status open_solver(nmm_sim *sim) {
 }
 
 // Is the solve to know of friction? Where that was in vain, because contacts slide to and fro, the
-// next one does not, as surely and slowly as symmetric passes go; at the second time none does. In
-// large systems there is always a contact that does. A system that is to be written is solved as it
-// is written.
+// next one does not, as surely and slowly as symmetric passes go; at the second time none does. A
+// system that is to be written is solved as it is written.
 static bool couples(const nmm_sim *sim, const passes *p) {
-    if (sim->system.K.n_row > NMM_COUPLED_ROWS) return false;
     if (sim->state.n_contact == 0 || sim->comparable || sim->dump.write != NULL) return false;
     return p->n_vain < 2 && !p->in_vain;
 }
@@ -137,21 +148,6 @@ static void guess_change(nmm_sim *sim, double h, int pass) {
     }
 }
 
-static void count_solve(nmm_summary *summary, const nmm_solve_report *report) {
-    summary->solves += 1;
-    summary->iterations += report->iterations;
-    summary->failed += report->end != NMM_SOLVE_CONVERGED;
-    const bool direct = report->method == NMM_SOLVE_DIRECT;
-    summary->with_direct += direct;
-    summary->with_cover += !direct && report->blocks == NMM_BLOCKS_COVER;
-    summary->with_cluster += report->blocks == NMM_BLOCKS_CLUSTER;
-    summary->with_body += report->blocks == NMM_BLOCKS_BODY;
-    summary->setups += report->setups;
-    summary->transfers += report->transfers;
-    summary->transfer_bytes += report->transfer_bytes;
-    summary->on_device |= report->on_device;
-}
-
 // What is left of the forces over what is allowed; what rounding leaves follows from the places
 // reached, and from those to be reached where steps are the motion's and not a search.
 static double worst_balance(nmm_sim *sim, double h) {
@@ -175,27 +171,52 @@ static nmm_status couple(nmm_sim *sim, const passes *p) {
         count_flips(&p->verdict) == 0 ? NMM_QUIET_TOLERANCE : NMM_COUPLED_TOLERANCE;
     if (p->n == 0) coupling->tolerance = NMM_FIRST_TOLERANCE;
     if (!couples(sim, p)) return NMM_OK;
-    return nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state);
+    TRY(nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state,
+                          p->part ? sim->nearby.place : NULL));
+    nmm_balance_weigh_coupling(&sim->balance, coupling, &sim->model);
+    return NMM_OK;
 }
 
-static nmm_status solve_pass(nmm_sim *sim, const passes *p, double h, bool anew,
+// Is it enough to solve for the rows that are out of balance and what is near them? Symmetric
+// passes of contacts that slide mix their changes, which asks for all rows.
+static bool solves_nearby(nmm_sim *sim, const passes *p, double h) {
+    if (p->whole || sim->nearby.model == NULL || sim->dump.write != NULL) return false;
+    if (!couples(sim, p) && p->verdict.n_sliding > 0) return false;
+    const double part = p->n == 0 ? NMM_FIRST_LEFT : NMM_LATER_LEFT;
+    const double left =
+        nmm_max(NMM_FIRST_PASS * nmm_balance_limit(&sim->balance), part * p->unbalance[p->n]);
+    return nmm_nearby_choose(&sim->nearby, &sim->system, left, h);
+}
+
+static nmm_status solve_all(nmm_sim *sim, const nmm_solve_options *options,
+                            nmm_solve_report *report) {
+    nmm_system *system = &sim->system;
+    TRY(open_solver(sim));
+    TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
+                            system->change, system->keep_pattern, options, report));
+    system->keep_pattern = true;
+    return NMM_OK;
+}
+
+static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
     nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
     if (p->n == 0) weigh_blocks(sim, h);
     if (anew) nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
-    TRY(open_solver(sim));
     guess_change(sim, h, p->n);
     const nmm_solve_options options = solve_options(sim, p);
-    TRY(couple(sim, p));
     nmm_balance_put_weights(&sim->balance, system, &sim->model);
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
-    TRY(sim->backend->solve(&sim->context, sim->solver, &system->K, system->residual,
-                            system->change, system->keep_pattern, &options, report));
+    TRY(nmm_solves_open_nearby(sim));
+    p->part = solves_nearby(sim, p, h);
+    TRY(couple(sim, p));
+    TRY(p->part
+            ? nmm_nearby_solve(&sim->context, &sim->nearby, system, &sim->state, &options, report)
+            : solve_all(sim, &options, report));
     nmm_balance_take_weights(&sim->balance, system, &sim->model);
-    system->keep_pattern = true;
-    count_solve(&sim->summary, report);
+    nmm_solves_count(&sim->summary, report);
     sim->report.solver_iterations += report->iterations;
     nmm_sim_clock(sim, &sim->summary.phase_seconds.solve);
     return NMM_OK;
@@ -319,26 +340,6 @@ static void say_why(nmm_sim *sim, const nmm_contact_verdict *verdict, const char
              contact[0] != 0 ? ": " : "", contact);
 }
 
-static const char *name_of_end(nmm_solve_end end) {
-    switch (end) {
-    case NMM_SOLVE_CONVERGED:
-        return "converged";
-    case NMM_SOLVE_DIVERGED:
-        return "diverged";
-    case NMM_SOLVE_TOO_SLOW:
-        return "did not converge within its iterations";
-    case NMM_SOLVE_INDEFINITE:
-        return "met a matrix that is not positive definite";
-    case NMM_SOLVE_NOT_FINITE:
-        return "met a number that is not finite";
-    case NMM_SOLVE_STAGNATED:
-        return "stagnated above its tolerance";
-    case NMM_SOLVE_BAD_PATTERN:
-        return "met a wrong pattern";
-    }
-    return "failed";
-}
-
 // --- The loop
 
 // What to do after a residual.
@@ -413,9 +414,10 @@ static line begin_line(nmm_sim *sim) {
 // Go a further part of the change; contacts and residual there.
 static void go_further(nmm_sim *sim, passes *p, const nmm_step_state *step, double part) {
     apply_change(sim, part);
-    p->verdict = evaluate_contacts(sim);
+    const nmm_touched *touched = p->part ? &sim->nearby.touched : NULL;
+    p->verdict = p->part ? evaluate_touched(sim, &p->verdict) : evaluate_contacts(sim);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
-    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step);
+    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step, touched);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
 }
 
@@ -482,15 +484,17 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
     p->drift = (anew ? 0 : p->drift) + largest_change(sim);
     if (solved.end != NMM_SOLVE_CONVERGED) {
         snprintf(sim->report.reason, sizeof sim->report.reason,
-                 "the solver %s (%d iterations, relative residual %.2g)", name_of_end(solved.end),
-                 solved.iterations, solved.residual);
+                 "the solver %s (%d iterations, relative residual %.2g)",
+                 nmm_solves_end(solved.end), solved.iterations, solved.residual);
         *outcome = NMM_TRY_SOLVER;
         return NMM_OK;
     }
     const line along = begin_line(sim);
-    if (solved.coupled) nmm_mixing_reset(&sim->mixing);
-    if (solved.coupled || !go_mixed(sim, p, step)) go_along(sim, p, step, &along);
-    p->in_vain = solved.coupled && !(unbalance(sim) < NMM_GAINED * p->unbalance[p->n]);
+    if (solved.coupled || p->part) nmm_mixing_reset(&sim->mixing);
+    if (solved.coupled || p->part || !go_mixed(sim, p, step)) go_along(sim, p, step, &along);
+    const bool gained = unbalance(sim) < NMM_GAINED * p->unbalance[p->n];
+    p->in_vain = solved.coupled && !gained && !p->part;
+    p->whole = p->part && !gained;
     p->n_vain += p->in_vain;
     p->n += 1;
     sim->report.passes += 1;
@@ -504,7 +508,7 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
 static void look_again(nmm_sim *sim, passes *p, const nmm_step_state *step) {
     p->verdict = evaluate_contacts(sim);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
-    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step);
+    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step, NULL);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
 }
 

@@ -338,19 +338,30 @@ static void add_term(nmm_system *system, const nmm_model *model, const nmm_conta
         system->coupling.pull[2 * at + i] = stiffness * spring[i];
 }
 
+// Is a cover of couple q one of those asked for?
+static bool asked_for(const nmm_system *system, const nmm_model *model, int q, const int *place) {
+    int cover[2 * NMM_MOST_LOCAL] = {0};
+    nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
+    for (int i = 0; i < 2 * model->n_local; i++)
+        if (place[cover[i]] >= 0) return true;
+    return false;
+}
+
 nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
-                             const nmm_state *state) {
+                             const nmm_state *state, const int *place) {
     const nmm_couples *couples = &system->couples;
     int n = 0;
     for (int k = 0; k < state->n_contact; k++)
-        n += state->contact[k].mode == NMM_CONTACT_SLIDE;
+        n += system->mode[k] == NMM_CONTACT_SLIDE;
     TRY(grow_coupling(context, system, n, model->n_local));
     system->coupling.n = 0;
     for (int q = 0; q < couples->n && n > 0; q++) {
+        if (place != NULL && !asked_for(system, model, q, place)) continue;
         for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-            const nmm_contact *contact = &state->contact[couples->order[p] / 2];
-            const bool slides = contact->mode == NMM_CONTACT_SLIDE && contact->normal_force > 0;
-            if (slides) add_term(system, model, contact, q, p);
+            const int k = couples->order[p] / 2;
+            const bool slides =
+                system->mode[k] == NMM_CONTACT_SLIDE && state->contact[k].normal_force > 0;
+            if (slides) add_term(system, model, &state->contact[k], q, p);
         }
     }
     return NMM_OK;

@@ -80,11 +80,33 @@ nmm_vec2 nmm_support_reaction(const nmm_model *model, const nmm_state *state, in
 
 // --- Parts
 
-// Stress and inner forces of each element, eq. (3.8), by chunks.
+// Elements in chunks, and several of a chunk at a time.
+enum { CHUNK = 256 };
+
+static void fill_elements(const nmm_system *system, const nmm_model *model, const nmm_state *state,
+                          const nmm_inner *inner, int first, int end) {
+    if (model->order == 0)
+        nmm_inner_fill(model, state, system->elastic, inner, first, end);
+    else
+        nmm_curved_inner_fill(model, state, system->elastic, inner, first, end);
+}
+
+// Chunk k of listed elements, run by run of those that follow each other.
+static void fill_listed(const nmm_system *system, const nmm_model *model, const nmm_state *state,
+                        const nmm_inner *inner, const nmm_items *list, int k) {
+    const int end = nmm_min_int(list->n, (k + 1) * CHUNK);
+    int first = k * CHUNK;
+    for (int i = first + 1; i <= end; i++) {
+        if (i < end && list->item[i] == list->item[i - 1] + 1) continue;
+        fill_elements(system, model, state, inner, list->item[first], list->item[i - 1] + 1);
+        first = i;
+    }
+}
+
+// Stress and inner forces of each element, eq. (3.8).
 static void elements_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
-                          const nmm_step_state *step, int n_thread) {
-    enum { CHUNK = 256 };
-    const int n = model->n_element, n_chunk = (n + CHUNK - 1) / CHUNK;
+                          const nmm_step_state *step, const nmm_items *list, int n_thread) {
+    const int n = list != NULL ? list->n : model->n_element, n_chunk = (n + CHUNK - 1) / CHUNK;
     const nmm_inner inner = {.piola = system->piola,
                              .force = system->element_force,
                              .start = system->start_stress,
@@ -92,11 +114,10 @@ static void elements_pass(nmm_system *system, const nmm_model *model, const nmm_
                              .share = system->share};
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int k = 0; k < n_chunk; k++) {
-        const int first = k * CHUNK, end = nmm_min_int(n, first + CHUNK);
-        if (model->order == 0)
-            nmm_inner_fill(model, state, system->elastic, &inner, first, end);
+        if (list != NULL)
+            fill_listed(system, model, state, &inner, list, k);
         else
-            nmm_curved_inner_fill(model, state, system->elastic, &inner, first, end);
+            fill_elements(system, model, state, &inner, k * CHUNK, nmm_min_int(n, (k + 1) * CHUNK));
     }
 }
 
@@ -162,10 +183,11 @@ void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_
 // --- Contacts
 
 static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
-                          int n_thread) {
-    const int n = state->n_contact;
+                          const nmm_items *list, int n_thread) {
+    const int n = list != NULL ? list->n : state->n_contact;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
-    for (int k = 0; k < n; k++) {
+    for (int i = 0; i < n; i++) {
+        const int k = list != NULL ? list->item[i] : i;
         double *pull = system->pull + 6 * (long)k;
         system->mode[k] = (unsigned char)state->contact[k].mode;
         if (system->mode[k] == NMM_CONTACT_OPEN)
@@ -176,11 +198,13 @@ static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_
 }
 
 // Forces on the ends of each loop edge: of its start as a vertex, and of its own contacts.
-static void edges_pass(nmm_system *system, const nmm_model *model, int n_thread) {
+static void edges_pass(nmm_system *system, const nmm_model *model, const nmm_items *list,
+                       int n_thread) {
     const nmm_couples *couples = &system->couples;
-    const int n = model->n_vertex;
+    const int n = list != NULL ? list->n : model->n_vertex;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
-    for (int e = 0; e < n; e++) {
+    for (int i = 0; i < n; i++) {
+        const int e = list != NULL ? list->item[i] : i;
         double sum[4] = {0, 0, 0, 0};
         for (int k = couples->vertex_start[e]; k < couples->vertex_start[e + 1]; k++) {
             sum[0] += system->pull[6 * (long)k];
@@ -188,8 +212,8 @@ static void edges_pass(nmm_system *system, const nmm_model *model, int n_thread)
         }
         for (int p = couples->edge_start[e]; p < couples->edge_start[e + 1]; p++) {
             const double *pull = system->pull + 6 * (long)couples->by_edge[p];
-            for (int i = 0; i < 4; i++)
-                sum[i] += pull[2 + i];
+            for (int x = 0; x < 4; x++)
+                sum[x] += pull[2 + x];
         }
         memcpy(system->edge_force + 4 * (long)e, sum, sizeof sum);
     }
@@ -260,18 +284,21 @@ static void add_row(nmm_system *system, const nmm_model *model, int c) {
 }
 
 void nmm_system_residual(const nmm_context *context, nmm_system *system, const nmm_model *model,
-                         const nmm_state *state, const nmm_step_state *step) {
-    const int n_thread = context->n_thread, n = model->n_cover;
+                         const nmm_state *state, const nmm_step_state *step,
+                         const nmm_touched *touched) {
+    const int n_thread = context->n_thread;
+    const nmm_items *row = touched != NULL ? &touched->row : NULL;
+    const int n = row != NULL ? row->n : model->n_cover;
     NMM_ASSERT(system->couples.n_contact == state->n_contact);
-    elements_pass(system, model, state, step, n_thread);
+    elements_pass(system, model, state, step, touched != NULL ? &touched->element : NULL, n_thread);
     nmm_ties_force(system, model, state, step->moved, n_thread);
     acceleration_pass(system, model, state, step);
     supports_pass(system, model, state, step->end);
     if (state->n_contact > 0) {
-        contacts_pass(system, model, state, n_thread);
-        edges_pass(system, model, n_thread);
+        contacts_pass(system, model, state, touched != NULL ? &touched->contact : NULL, n_thread);
+        edges_pass(system, model, touched != NULL ? &touched->edge : NULL, n_thread);
     }
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
-    for (int c = 0; c < n; c++)
-        add_row(system, model, c);
+    for (int i = 0; i < n; i++)
+        add_row(system, model, row != NULL ? row->item[i] : i);
 }

@@ -125,6 +125,31 @@ typedef struct nmm_step_state {
     const double *moved; // [n_cover][2] displacement of the step
 } nmm_step_state;
 
+/// Numbers of some items, ascending unless told otherwise.
+typedef struct nmm_items {
+    int n, *item;
+} nmm_items;
+
+/// What a move of some covers touches; lists are scratch of the last nmm_touched_by.
+typedef struct nmm_touched {
+    const int *moved; // [n_moved] the covers
+    int n_moved;
+    nmm_items element; // that change
+    nmm_items point;   // of these, element by element
+    nmm_items contact, edge;
+    nmm_items row;                    // whose forces change
+    int *point_start, *element_point; // constant: points by element
+    unsigned char *mark;              // no marks between calls
+    int mark_capacity, contact_capacity;
+} nmm_touched;
+
+nmm_status nmm_touched_open(nmm_context *context, nmm_touched *touched, const nmm_model *model);
+void nmm_touched_close(nmm_context *context, nmm_touched *touched);
+
+/// What a move of n covers touches, with the contacts that the couples are those of.
+nmm_status nmm_touched_by(nmm_context *context, nmm_touched *touched, const nmm_system *system,
+                          const nmm_model *model, const nmm_state *state, const int *moved, int n);
+
 nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
                              const nmm_scene_settings *settings, nmm_system *system);
 void nmm_system_destroy(nmm_context *context, nmm_system *system);
@@ -141,9 +166,11 @@ void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_
 /// start of the step, where its forces are means.
 void nmm_system_load(nmm_system *system, const nmm_model *model, double time);
 
-/// system->residual and scale at state->displacement, position and contact forces.
+/// system->residual and scale at state->displacement, position and contact forces. `touched`: by
+/// what has moved since the last residual of the same step, nothing else has changed; NULL: all.
 void nmm_system_residual(const nmm_context *context, nmm_system *system, const nmm_model *model,
-                         const nmm_state *state, const nmm_step_state *step);
+                         const nmm_state *state, const nmm_step_state *step,
+                         const nmm_touched *touched);
 
 /// system->K at the configuration of the last residual. Not `anew`: elements, and contacts that did
 /// not change mode, stay as they were when they were last taken, in the same step and pattern: a
@@ -152,9 +179,10 @@ bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const n
                          const nmm_state *state, double h, bool anew);
 
 /// system->coupling: what K leaves out, the change of friction with the pressure of contacts that
-/// slide. Belongs to K as it is.
+/// slide. Belongs to K as it is. `place` [n_cover]: only contacts of covers where that is not
+/// negative; NULL: of all.
 nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
-                             const nmm_state *state);
+                             const nmm_state *state, const int *place);
 
 /// Entry of base_col for column `col` of row c, which has it.
 int nmm_system_entry(const nmm_system *system, int c, int col);

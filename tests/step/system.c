@@ -14,7 +14,7 @@ static void residual_of(nmm_sim *sim, double h, double *out) {
     if (sim->search != NULL) nmm_contact_evaluate(sim->search, &sim->model, &sim->state, 1);
     const nmm_step_state step = {h, sim->state.time + h, sim->moved};
     nmm_system_load(&sim->system, &sim->model, step.end);
-    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step);
+    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step, NULL);
     memcpy(out, sim->system.residual, 2 * (size_t)sim->model.n_cover * sizeof *out);
 }
 

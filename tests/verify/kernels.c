@@ -192,7 +192,7 @@ static double *dense_stiffness(nmm_sim *sim, int n) {
     assert_int_equal(nmm_system_pattern(&sim->context, &sim->system, &sim->model, &sim->state),
                      NMM_OK);
     nmm_system_load(&sim->system, &sim->model, 0);
-    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step);
+    nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step, NULL);
     nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, step.h, true);
     double *K = calloc((size_t)n * (size_t)n, sizeof *K);
     const nmm_bsr *bsr = &sim->system.K;
