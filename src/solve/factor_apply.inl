@@ -76,8 +76,9 @@ static void solve_backward(const nmm_front *front, const double *panel, double *
     const int n = 2 * front->n_pivot;
     for (int j = n - 2; j >= 0; j -= 2) {
         const double *a = panel + j * (long)front->stride, *b = a + front->stride;
-        // The columns to the left, and those of the front before.
-        for (long i = 0; i < 2L * front->stride; i += 8)
+        // The columns to the left, and those of the front before. Of shared ones only triangles are
+        // wanted.
+        for (long i = 0; i < (m > 0 ? 2L * front->stride : 0); i += 8)
             __builtin_prefetch(a + i - BACK_AHEAD);
         double u = x[j] - dot_below(a + n, below, m), v = x[j + 1] - dot_below(b + n, below, m);
         for (int i = j + 2; i < n; i++) {

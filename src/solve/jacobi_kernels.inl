@@ -35,7 +35,8 @@
 static inline void NAME(multiply_row)(const int *row_start, const int *col, const REAL *value,
                                       const REAL *x, int row, int far, REAL y[2]) {
 #ifdef LANES
-    if (far > 0) {
+    // In a cache the loop is all there is.
+    if (__builtin_expect(far > 0, 0)) {
         const int later = row + ROWS_AHEAD < far ? row + ROWS_AHEAD : far;
         __builtin_prefetch(x + 2 * (long)col[row_start[later + 1] - 1]);
     }
@@ -135,9 +136,6 @@ static inline void NAME(apply_group)(const REAL *inverse, const float *dense, co
     }
     for (int k = 0; k < n_row; k++) {
         const REAL *block = inverse + 4 * ((long)group * NMM_GROUP + k);
-#ifdef LANES
-        __builtin_prefetch(block + INVERSE_AHEAD);
-#endif
         const REAL r0 = r[2 * k], r1 = r[2 * k + 1];
         z[2 * k] = block[0] * r0 + block[1] * r1;
         z[2 * k + 1] = block[2] * r0 + block[3] * r1;
@@ -217,6 +215,9 @@ static void NAME(sweep)(const nmm_solver *s, const REAL *from, REAL *to, int k, 
         REAL r[NMM_GROUP_UNKNOWNS], z[NMM_GROUP_UNKNOWNS];
         for (int row = first; row < end; row++) {
             REAL y[2];
+#ifdef LANES
+            if (far > 0) __builtin_prefetch(inverse + 4 * (long)row + INVERSE_AHEAD);
+#endif
             NAME(multiply_row)(row_start, col, value, from, row, far, y);
             r[2 * (row - first)] = f[2 * (long)row] - y[0];
             r[2 * (row - first) + 1] = f[2 * (long)row + 1] - y[1];

@@ -14,6 +14,9 @@
 #define GROW 1.3
 #define GROW_STATIC 2
 
+// Elements below this part of the mean area are slivers.
+#define SLIVER 1e-6
+
 void nmm_sim_clock(nmm_sim *sim, double *phase) {
     const double now = nmm_clock();
     *phase += now - sim->phase_mark;
@@ -96,15 +99,21 @@ static int inside_out_element(const nmm_sim *sim) {
     return first < INT32_MAX ? first : -1;
 }
 
+// A sliver hardly resists: the cover that has nothing but it follows each error of a place a
+// million times and more.
 static void say_inside_out(nmm_sim *sim, int e) {
     const nmm_model *model = &sim->model;
     const int block = model->element_block[e];
     const char *name = model->block_name[block];
+    const bool sliver = model->element_area[e] < SLIVER * sim->cover.mean_area;
+    char what[40] = "an element";
+    if (sliver) snprintf(what, sizeof what, "a sliver of %.2g m2", model->element_area[e]);
     snprintf(sim->report.reason, sizeof sim->report.reason,
-             "an element of block %d%s%.60s%s near (%.6g, %.6g) turned inside out", block,
+             "%s of block %d%s%.60s%s near (%.6g, %.6g) turned inside out%s", what, block,
              name != NULL ? " '" : "", name != NULL ? name : "", name != NULL ? "'" : "",
              model->element_centre[2 * (long)e] + model->origin.x,
-             model->element_centre[2 * (long)e + 1] + model->origin.y);
+             model->element_centre[2 * (long)e + 1] + model->origin.y,
+             sliver ? "; another covers.size or covers.order: 1 helps" : "");
 }
 
 // A soft interface may overlap further than anything moves in a step: its contacts must be found.

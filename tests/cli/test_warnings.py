@@ -38,6 +38,23 @@ SHAKEN = SQUARE + "base_motion: {acceleration: [[0, 0, 0], [1, 1, 0]]}\n"
 SOFT = SQUARE + """supports:
   - {segment: [[0, 0], [1, 0]], fix: xy}
 """
+RESTING = SOFT + "analysis: {kind: static, damping: 3}\n"
+THROWN = """blocks:
+  - {name: low, polygon: [[0, 0], [1, 0], [1, 1], [0, 1]], material: rock, velocity: [1, 0, 0]}
+supports:
+  - {block: low, fix: xy}
+analysis: {kind: static}
+"""
+SLIVER = """domain:
+  - {polygon: [[0, 0], [2.00000001, 0], [2.00000001, 4.330127118922193], [0, 4.330127118922193]],
+     material: rock}
+supports:
+  - {segment: [[0, 0], [2.00000001, 0]], fix: y}
+  - {segment: [[0, 0], [0, 4.330127118922193]], fix: x}
+  - {segment: [[2.00000001, 0], [2.00000001, 4.330127118922193]], fix: x}
+covers: {size: 1}
+analysis: {kind: static, tolerance: 1e-9}
+"""
 
 
 class Case(unittest.TestCase):
@@ -99,6 +116,12 @@ class Warnings(Case):
         self.check(SHAKEN, 8, "base_motion without supports")
         self.silent(SHAKEN + SOFT[len(SQUARE):])
 
+    def test_motion_in_statics(self):
+        self.check(RESTING, 10, "damping has no effect with kind: static")
+        self.check(THROWN, 7, "velocity has no effect with kind: static")
+        self.silent(RESTING.replace("damping: 3", "damping: 0"))
+        self.silent(RESTING.replace("static", "dynamic"))
+
     def test_support_that_gives_way(self):
         soft = ["--set", "materials.rock.youngs_modulus=1", "--set", "materials.rock.density=1e5",
                 "--set", "time.end=0.5", "--set", "time.dt=0.01"]
@@ -119,6 +142,14 @@ class Warnings(Case):
                         "--set", "time.dt=0.01", scene=SOFT)
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stderr, r"an element of block 0 near \(.*\) turned inside out")
+
+    def test_sliver_inside_out(self):
+        run = ["run", "scene.yaml", "-q", "--set", "time={}",
+               "--set", "materials.rock={density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.3}"]
+        done = self.nmm(*run, scene=SLIVER)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"a sliver of .* turned inside out; another covers.size")
+        self.assertEqual(self.nmm(*run, "--set", "covers.order=1").returncode, 0)
 
 
 class Hints(Case):
