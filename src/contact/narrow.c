@@ -116,15 +116,27 @@ static bool exclude_each_other(const nmm_narrowing *now, int a, int b) {
     return nmm_vec2_dot(e->n, way) <= in_front && -nmm_vec2_dot(f->n, way) <= in_front;
 }
 
+// How much the edge faces the corner, in steps that rounding does not reach.
+static double facing_of(const nmm_narrowing *now, const nmm_raw *raw) {
+    const nmm_vec2 inward = nmm_vertex_inward(now, raw->vertex);
+    return floor(nmm_vec2_dot(now->line[raw->edge].n, inward) / NMM_EQUAL + 0.5);
+}
+
 // Which of two that exclude each other: the one in front of its edge, the one that was pressed, the
-// one with the smaller overlap.
-static bool is_better(const nmm_last_list *last, const nmm_raw *other, const nmm_raw *own) {
+// one with the smaller overlap; of equal ones that of a whole side, the one that faces the corner
+// more.
+static bool is_better(const nmm_narrowing *now, const nmm_raw *other, const nmm_raw *own) {
+    const nmm_last_list *last = &now->last;
+    const double unit = NMM_EXACT * now->model->size;
+    const double own_gap = floor(own->gap / unit + 0.5), other_gap = floor(other->gap / unit + 0.5);
     const bool own_inside = own->beyond == 0, other_inside = other->beyond == 0;
     if (own_inside != other_inside) return other_inside;
     const bool own_closed = was_closed(last, own), other_closed = was_closed(last, other);
     if (own_closed != other_closed) return other_closed;
-    if (own->gap != other->gap) return other->gap > own->gap;
-    return other->edge < own->edge;
+    if (own_gap != other_gap) return other_gap > own_gap;
+    if (own->corner != other->corner) return own->corner;
+    const double own_facing = facing_of(now, own), other_facing = facing_of(now, other);
+    return own_facing != other_facing ? other_facing > own_facing : other->edge < own->edge;
 }
 
 static int choose_sides(const nmm_narrowing *now, nmm_raw *raw, int n) {
@@ -132,7 +144,7 @@ static int choose_sides(const nmm_narrowing *now, nmm_raw *raw, int n) {
         raw[i].dropped = false;
         if (!raw[i].corner) continue;
         for (int k = 0; k < n && !raw[i].dropped; k++) {
-            raw[i].dropped = k != i && is_better(&now->last, &raw[k], &raw[i]) &&
+            raw[i].dropped = k != i && is_better(now, &raw[k], &raw[i]) &&
                              exclude_each_other(now, raw[i].edge, raw[k].edge);
         }
     }

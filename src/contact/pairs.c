@@ -15,6 +15,11 @@
 #define SKIN_LEAST 0.05
 #define SKIN_MOST 0.2
 
+// Entries of the grid, at most, for each edge and beside that: cells grow where edges are far
+// longer than a cover.
+#define ENTRIES 32.0
+#define MORE_ENTRIES 4096.0
+
 static double skin_for(double reach, double size) {
     return nmm_max(SKIN_LEAST * size, nmm_min(SKIN_MOST * size, 2 * reach));
 }
@@ -55,7 +60,25 @@ static void enter_edges(nmm_contact_search *search, int n, double size, bool fil
     }
 }
 
-static nmm_status fill_grid(nmm_context *context, nmm_contact_search *search, int n, double size) {
+static double entries_of(const nmm_contact_search *search, int n, double size) {
+    double sum = 0;
+    for (int e = 0; e < n; e++) {
+        const nmm_box *box = &search->box[e];
+        const double x = (box->high.x - box->low.x) / size, y = (box->high.y - box->low.y) / size;
+        sum += (x + 2) * (y + 2);
+    }
+    return sum;
+}
+
+static double choose_cell(const nmm_contact_search *search, int n, double size) {
+    const double most = ENTRIES * n + MORE_ENTRIES;
+    for (int k = 0; k < 64 && entries_of(search, n, size) > most; k++)
+        size *= 2;
+    return size;
+}
+
+static nmm_status fill_grid(nmm_context *context, nmm_contact_search *search, int n) {
+    const double size = search->cell_size;
     int *start = search->bucket_start;
     const int n_bucket = search->n_bucket;
     memset(start, 0, ((size_t)n_bucket + 1) * sizeof *start);
@@ -112,7 +135,7 @@ static bool can_meet(const nmm_model *model, int a, int b) {
 // Pairs of bucket b; stores them when `out` is not NULL. Returns how many.
 static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *model, int b,
                            nmm_edge_pair *out) {
-    const double size = model->size;
+    const double size = search->cell_size;
     int n = 0;
     for (int i = search->bucket_start[b]; i < search->bucket_start[b + 1]; i++) {
         const nmm_cell *one = &search->cell[i];
@@ -184,6 +207,7 @@ nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
     for (int e = 0; e < n; e++) {
         search->box[e] = box_of_edge(model, state, e, 0.5 * search->built_for);
     }
-    TRY(fill_grid(context, search, n, model->size));
+    search->cell_size = choose_cell(search, n, model->size);
+    TRY(fill_grid(context, search, n));
     return find_pairs(context, search, model);
 }

@@ -107,6 +107,7 @@ struct nmm_contact_search {
     int n_pair, pair_capacity;
     nmm_edge_pair *pair; // near edges
 
+    double cell_size;  // [m] of the grid
     int n_bucket;      // power of two
     int *bucket_start; // [n_bucket + 1]
     int *bucket_pairs; // [n_bucket + 1] first pair found in a bucket
@@ -150,6 +151,9 @@ const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int
 /// stands for all at its place, and the edge that begins there.
 int nmm_vertex_behind(const nmm_narrowing *now, int v);
 int nmm_vertex_before(const nmm_narrowing *now, int v);
+
+/// From a corner into its block, between both sides; 2 to 2.9 long.
+nmm_vec2 nmm_vertex_inward(const nmm_narrowing *now, int v);
 
 /// The contact (vertex, edge) of the last list, or NULL.
 static inline const nmm_contact *nmm_contact_lookup(const nmm_last_list *last, int vertex,

@@ -41,6 +41,12 @@ int nmm_vertex_before(const nmm_narrowing *now, int v) {
     return pass_tiny(now, v, now->model->vertex_prev);
 }
 
+nmm_vec2 nmm_vertex_inward(const nmm_narrowing *now, int v) {
+    const nmm_edge_line *out = line_of(now, v), *in = line_of(now, nmm_vertex_before(now, v));
+    const nmm_vec2 along = nmm_vec2_sub(out->t, in->t), off = nmm_vec2_add(out->n, in->n);
+    return nmm_vec2_sub(along, off);
+}
+
 // 1: edge-edge, 0: corner, between: both in part.
 static double share_parallel(const nmm_edge_line *f, const nmm_edge_line *e) {
     if (nmm_vec2_dot(f->t, e->t) >= 0) return 0;
@@ -260,9 +266,8 @@ static bool meets_beyond(const nmm_narrowing *now, int edge, const nmm_edge_line
 // A place in the vertex's block, a tenth of the overlap from the vertex: that itself may lie on the
 // border of the other block, beside it.
 static nmm_vec2 place_within(const nmm_narrowing *now, int vertex, double overlap) {
-    const nmm_edge_line *out = line_of(now, vertex), *in = line_before(now, vertex);
-    const nmm_vec2 along = nmm_vec2_sub(out->t, in->t), off = nmm_vec2_add(out->n, in->n);
-    return nmm_vec2_add(out->p, nmm_vec2_scale(0.05 * overlap, nmm_vec2_sub(along, off)));
+    const nmm_vec2 way = nmm_vec2_scale(0.05 * overlap, nmm_vertex_inward(now, vertex));
+    return nmm_vec2_add(line_of(now, vertex)->p, way);
 }
 
 static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line *e) {

@@ -12,10 +12,10 @@ the ledger closes, and that no energy comes from nowhere. Then everything is lis
 order, the scene is mirrored, turned, shifted to map coordinates, scaled by 1024 and by 1000: all
 monitors must move as the scene does.
 
-Where they do not, the scene is sheared by 1e-11 and by 1e-9: one that answers with a difference as
-large decides something at a rounding, and is counted as sensitive, which is no finding. Copies
-whose steps are cut at other places, up to a difference of a tenth, are counted as such, and so are
-those whose lattice is another one. --keep writes the scenes with findings; --seconds begins no scene after that
+Where they do not, the scene is sheared by 1e-11 and by 1e-9, both ways: one that answers with a
+difference as large decides something at a rounding, and is counted as sensitive, which is no
+finding. Copies whose steps are cut at other places are counted as such, where the scene in steps of
+a third differs as much, and so are those whose lattice is another one. --keep writes the scenes with findings; --seconds begins no scene after that
 time; --book puts the counts into a document.
 """
 
@@ -280,17 +280,19 @@ def scaled(scene, s):
     return scene
 
 
-# Part of a displacement that the choice of steps leaves uncertain.
-OF_STEPS = 0.1
 # Of places, to see whether something is decided at a rounding: less than any answer may need, more
-# than the rounding of the copies.
-NUDGES = (1e-11, 1e-9)
+# than the rounding of the copies. Both ways: what stands on an edge may fall to either side.
+NUDGES = (1e-11, 1e-9, -1e-11, -1e-9)
 
 
 def nudged(scene, part):
     """Not quite the same scene: lengths, angles and areas differ a little, what touches still does."""
     return mapped(scene, lambda p: [p[0] + part * (0.4 * p[0] - 0.7 * p[1]),
                                     p[1] + part * (0.6 * p[0] + 0.3 * p[1])], same)
+
+
+def in_shorter_steps(scene):
+    return {**scene, "time": {**scene["time"], "dt": scene["time"]["dt"] / 3}}
 
 
 def renumbered(scene):
@@ -408,7 +410,7 @@ class Findings(list):
         self.program, self.scene = program, scene
         self.floor, self.force = rounding_of(scene)
         self.stiffest = max(m["youngs_modulus"] for m in scene["materials"].values())
-        self.sensitivity = None
+        self.sensitivity = self.of_steps = None
         self.end = "none"
         result = self.attempt("as it is", scene)
         if result is not None:
@@ -434,9 +436,11 @@ class Findings(list):
 
     def floors_of(self, name):
         """Largest numbers of each kind that are no more than what rounding may make of them."""
-        floors = {"displacement": 0.0, "velocity": 0.0, "stress": 1e-9 * self.stiffest}
+        dt = self.scene.get("time", {}).get("dt", math.inf)
+        digits = 1e-15 * extent_of(self.scene)
+        floors = {"displacement": digits / NEAR["displacement"], "velocity": digits / dt / NEAR["velocity"],
+                  "stress": 1e-9 * self.stiffest}
         if name == "shifted":
-            dt = self.scene.get("time", {}).get("dt", math.inf)
             size = self.scene["covers"].get("size", 1.0)
             floors = {"displacement": DIGITS / NEAR["displacement"],
                       "velocity": DIGITS / dt / NEAR["velocity"],
@@ -463,10 +467,17 @@ class Findings(list):
             near = [self.attempt("nudged", nudged(self.scene, part)) for part in NUDGES]
             self.sensitivity = max(compare(result, copy, "nudged", floors)[1] if copy else 0.0
                                    for copy in near)
-        # One that comes through in other steps has another error of its steps.
-        other_steps = steps_of(result) != steps_of(other) and error < OF_STEPS
         self.append(("sensitive" if self.sensitivity > 0.1 * error else
-                     "other steps" if other_steps else "failed", words))
+                     "other steps" if self.is_of_steps(result, other, error) else "failed", words))
+
+    def is_of_steps(self, result, other, error):
+        """One that comes through in other steps has another error of its steps: is that as large?"""
+        if steps_of(result) == steps_of(other) or "time" not in self.scene:
+            return False
+        if self.of_steps is None:
+            finer = self.attempt("shorter steps", in_shorter_steps(self.scene))
+            self.of_steps = compare(result, finer, "shorter steps", self.floors_of(""))[1] if finer else 0.0
+        return error <= 2 * self.of_steps
 
 
 def show(program, seed):
