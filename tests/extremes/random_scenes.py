@@ -15,8 +15,10 @@ monitors must move as the scene does.
 Where they do not, the scene is sheared by 1e-12, 1e-11 and 1e-9, both ways: one that answers with a
 difference as large decides something at a rounding, and is counted as sensitive, which is no
 finding. Copies whose steps are cut at other places are counted as such, where the scene in steps of
-a third differs as much, and so are those whose lattice is another one. --keep writes the scenes with findings; --seconds begins no scene after that
-time; --book puts the counts into a document.
+a third makes half as much of a difference, and so are those whose lattice is another one.
+
+--keep writes the scenes with findings; --seconds begins no scene after that time; --book puts the
+counts into a document.
 """
 
 import collections
