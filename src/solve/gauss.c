@@ -23,7 +23,7 @@
 
 // Prices in nanoseconds of one core of about 3 GHz, as in choose.c.
 #define PER_BLOCK 0.7   // a 2x2 block in a product, forward and backward
-#define PER_ROW 20.0    // waits for the one before, twice; and its share of directions
+#define PER_ROW 50.0    // waits for the one before, twice; and its share of directions
 #define PER_LUMP 30.0   // the same for three rows
 #define PER_NUMBER 0.2  // of the factor, twice for each solve with it
 #define ANALYSE 30.0    // by block
@@ -36,6 +36,7 @@
 // counts again.
 #define RATE_OF_SWEEPS 0.2
 #define RATE_OF_FACTOR 0.6
+#define RATE_OF_KEPT 0.4
 #define MEMORY 100
 
 // --- Memory
@@ -180,7 +181,7 @@ static void rotate(triangle *r, int k) {
 // The preconditioned residual, the first direction.
 static void begin(const nmm_solver *s, nmm_gauss *g, int kind) {
     const size_t size = 2 * (size_t)s->n * sizeof(double);
-    if (kind == NMM_GAUSS_FACTOR) {
+    if (kind != NMM_GAUSS_SWEEPS) {
         memcpy(g->basis, s->wide.r, size);
         return;
     }
@@ -191,11 +192,15 @@ static void begin(const nmm_solver *s, nmm_gauss *g, int kind) {
 
 // w = preconditioned product with v. With the factor of K itself that is v and the coupling's part.
 static void multiply(const nmm_solver *s, nmm_gauss *g, int kind, const double *v, double *w) {
-    if (kind == NMM_GAUSS_FACTOR) {
+    if (kind != NMM_GAUSS_SWEEPS) {
         nmm_factor_fastest()->apply(&g->factor, v, g->t);
         s->variant->couple(s->options.coupling, s->n, g->t, g->extra);
+        if (kind == NMM_GAUSS_KEPT)
+            s->variant->multiply(s, g->t, w);
+        else
+            memcpy(w, v, 2 * (size_t)s->n * sizeof(double));
         for (int i = 0; i < 2 * s->n; i++)
-            w[i] = v[i] + g->extra[i];
+            w[i] += g->extra[i];
         return;
     }
     s->variant->gauss_backward(s, g, v, g->t);
@@ -217,10 +222,10 @@ static void add_best(const nmm_solver *s, nmm_gauss *g, int kind, const triangle
     for (int j = 0; j < r->n; j++)
         for (int i = 0; i < n; i++)
             g->ahead[i] += part[j] * g->basis[(long)j * n + i];
-    if (kind == NMM_GAUSS_FACTOR)
-        nmm_factor_fastest()->apply(&g->factor, g->ahead, g->t);
-    else
+    if (kind == NMM_GAUSS_SWEEPS)
         s->variant->gauss_backward(s, g, g->ahead, g->t);
+    else
+        nmm_factor_fastest()->apply(&g->factor, g->ahead, g->t);
     for (int i = 0; i < n; i++)
         s->wide.u[i] += g->t[i];
 }
@@ -263,25 +268,38 @@ static int minimise(const nmm_solver *s, nmm_gauss *g, int kind, double gain, in
 
 // --- Control
 
-// The kind that promises the least work for `gain` orders of magnitude.
-static int choose(const nmm_gauss *g, const nmm_bsr *K, double gain) {
+// Nanoseconds that each kind promises for `gain` orders of magnitude; infinite where it cannot be.
+static void price(const nmm_gauss *g, const nmm_bsr *K, double gain, bool reuse, double *work) {
     const double n_block = K->row_start[K->n_row], n = K->n_row;
-    const double sweeps = gain / g->rate[NMM_GAUSS_SWEEPS];
     const double per_row = g->lump == 3 ? PER_LUMP / 3 : PER_ROW;
-    const double of_sweeps = sweeps * (PER_BLOCK * n_block + per_row * n);
-    const double solves = 1 + gain / g->rate[NMM_GAUSS_FACTOR];
-    double of_factor = 0;
-    if (nmm_factor_knows(&g->factor, K))
-        of_factor += g->factor.work + 2 * PER_NUMBER * g->factor.n_number * solves;
-    else
-        of_factor += (FIRST_WORK + ANALYSE / nmm_max_int(2, g->n_kept)) * n_block;
-    return of_factor < of_sweeps ? NMM_GAUSS_FACTOR : NMM_GAUSS_SWEEPS;
+    const double apply = 2 * PER_NUMBER * g->factor.n_number;
+    double times[NMM_GAUSS_KINDS];
+    for (int kind = 0; kind < NMM_GAUSS_KINDS; kind++)
+        times[kind] = gain / g->rate[kind];
+    work[NMM_GAUSS_SWEEPS] = times[NMM_GAUSS_SWEEPS] * (PER_BLOCK * n_block + per_row * n);
+    work[NMM_GAUSS_FACTOR] = (FIRST_WORK + ANALYSE / nmm_max_int(2, g->n_kept)) * n_block;
+    work[NMM_GAUSS_KEPT] = INFINITY;
+    if (!nmm_factor_knows(&g->factor, K)) return;
+    work[NMM_GAUSS_FACTOR] = g->factor.work + apply * (1 + times[NMM_GAUSS_FACTOR]);
+    if (reuse && g->made)
+        work[NMM_GAUSS_KEPT] = (apply + PER_BLOCK * n_block) * (1 + times[NMM_GAUSS_KEPT]);
+}
+
+// The kind that promises the least work.
+static int choose(const nmm_gauss *g, const nmm_bsr *K, double gain, bool reuse) {
+    double work[NMM_GAUSS_KINDS];
+    int best = NMM_GAUSS_SWEEPS;
+    price(g, K, gain, reuse, work);
+    for (int kind = 0; kind < NMM_GAUSS_KINDS; kind++)
+        if (work[kind] < work[best]) best = kind;
+    return best;
 }
 
 static void remember(nmm_gauss *g, bool kept) {
     if (g->solves++ % MEMORY == 0) {
         g->rate[NMM_GAUSS_SWEEPS] = RATE_OF_SWEEPS;
         g->rate[NMM_GAUSS_FACTOR] = RATE_OF_FACTOR;
+        g->rate[NMM_GAUSS_KEPT] = RATE_OF_KEPT;
     }
     g->n_kept = kept ? g->n_kept + 1 : 0;
 }
@@ -293,28 +311,35 @@ static nmm_status prepare(nmm_context *context, nmm_solver *s, nmm_gauss *g, con
         *made = make_lumps(g, s, K);
         return NMM_OK;
     }
+    if (kind == NMM_GAUSS_KEPT) {
+        *made = true;
+        return NMM_OK;
+    }
     const double *place = s->options.body != NULL ? s->options.place : NULL;
+    g->made = false;
     TRY(nmm_factor_analyse(context, &g->factor, K, place));
     const int n_thread = g->factor.work < LEAST_SHARED ? 1 : g->n_thread;
     TRY(nmm_factor_reserve(context, &g->factor, n_thread));
-    *made = nmm_factor_fastest()->make(&g->factor, K->value) < 0;
+    *made = g->made = nmm_factor_fastest()->make(&g->factor, K->value) < 0;
     return NMM_OK;
 }
 
-static void iterate(nmm_solver *s, nmm_gauss *g, int kind, nmm_solve_report *report, double *norm) {
+// The residual reached, and how many iterations that took.
+static int iterate(nmm_solver *s, nmm_gauss *g, int kind, double *norm) {
+    int n = 0;
     memset(s->wide.u, 0, 2 * (size_t)s->n * sizeof(double));
     memcpy(s->wide.r, s->wide.f, 2 * (size_t)s->n * sizeof(double));
     *norm = s->norm;
     double before = INFINITY;
-    while (*norm > s->limit && *norm < 0.5 * before && report->iterations < NMM_GAUSS_MOST) {
+    while (*norm > s->limit && *norm < 0.5 * before && n < NMM_GAUSS_MOST) {
         before = *norm;
-        report->iterations +=
-            minimise(s, g, kind, MARGIN * s->limit / *norm, NMM_GAUSS_MOST - report->iterations);
+        n += minimise(s, g, kind, MARGIN * s->limit / *norm, NMM_GAUSS_MOST - n);
         *norm = true_norm(s, g);
     }
     if (!(*norm < s->norm)) *norm = s->norm;
     const double gain = *norm > 0 ? log10(s->norm / *norm) : 0;
-    if (report->iterations > 0) g->rate[kind] = nmm_max(gain, 0.1) / report->iterations;
+    if (n > 0) g->rate[kind] = nmm_max(gain, 0.1) / n;
+    return n;
 }
 
 // After a failure some solves are left out, twice as many each time.
@@ -332,7 +357,7 @@ static nmm_status try_kind(nmm_context *context, nmm_solver *s, nmm_gauss *g, co
     bool made = false;
     *norm = INFINITY;
     TRY(prepare(context, s, g, K, kind, &made));
-    if (made) iterate(s, g, kind, report, norm);
+    if (made) report->iterations += iterate(s, g, kind, norm);
     return NMM_OK;
 }
 
@@ -340,8 +365,12 @@ static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const n
                       double *u, nmm_solve_report *report) {
     double norm = 0;
     const double gain = s->limit < s->norm ? log10(s->norm / s->limit) : 0.1;
-    const int kind = choose(g, K, gain);
+    int kind = choose(g, K, gain, s->options.reuse);
     TRY(try_kind(context, s, g, K, kind, report, &norm));
+    if (kind == NMM_GAUSS_KEPT && !(norm <= s->limit)) {
+        kind = NMM_GAUSS_FACTOR;
+        TRY(try_kind(context, s, g, K, kind, report, &norm));
+    }
     if (!(norm <= s->limit)) {
         judge(g, false);
         return NMM_OK;
@@ -349,9 +378,13 @@ static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const n
     judge(g, true);
     s->guess_norm = s->norm;
     nmm_solver_finish(s, norm, u, report);
-    report->method = kind == NMM_GAUSS_FACTOR ? NMM_SOLVE_DIRECT : NMM_SOLVE_PCG;
-    report->why = kind == NMM_GAUSS_FACTOR ? "a direct solve promises the least work"
-                                           : "Gauss-Seidel sweeps promise the least work";
+    static const char *const why[NMM_GAUSS_KINDS] = {
+        [NMM_GAUSS_SWEEPS] = "Gauss-Seidel sweeps promise the least work",
+        [NMM_GAUSS_FACTOR] = "a direct solve promises the least work",
+        [NMM_GAUSS_KEPT] = "the factor of an earlier pass promises the least work",
+    };
+    report->method = kind == NMM_GAUSS_SWEEPS ? NMM_SOLVE_PCG : NMM_SOLVE_DIRECT;
+    report->why = why[kind];
     report->coupled = report->end == NMM_SOLVE_CONVERGED;
     return NMM_OK;
 }

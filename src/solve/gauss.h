@@ -2,7 +2,8 @@
 //
 // Inside of the solve floor: systems with a coupling, (K + sum of push pull^T) u = f, as friction
 // leaves them. Minimal residuals (GMRES) with one symmetric Gauss-Seidel sweep as preconditioner,
-// or with the factor of K where that costs less. Serial: few iterations of a small price, the same
+// or with the factor of K, of this one or of an earlier pass of the step, where that costs less.
+// Serial: few iterations of a small price, the same
 // bits for any number of threads.
 
 #ifndef NMM_GAUSS_H
@@ -14,7 +15,12 @@
 enum { NMM_GAUSS_MOST = 30 };
 
 /// The preconditioners.
-enum { NMM_GAUSS_SWEEPS, NMM_GAUSS_FACTOR, NMM_GAUSS_KINDS };
+enum {
+    NMM_GAUSS_SWEEPS,
+    NMM_GAUSS_FACTOR, // made anew
+    NMM_GAUSS_KEPT,   // the factor as it is
+    NMM_GAUSS_KINDS
+};
 
 /// What sweeps by lumps need beside the matrix, and what is learned of them.
 typedef struct nmm_gauss {
@@ -28,6 +34,7 @@ typedef struct nmm_gauss {
     int capacity;              // rows there is room for
     int pause, next_pause;     // solves left out: still to come, and after the next failure
     nmm_factor factor;
+    bool made;                    // the factor has numbers
     int n_thread;                 // that make it
     double rate[NMM_GAUSS_KINDS]; // orders of magnitude that an iteration gains
     int solves;                   // since rates were last forgotten

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
 // Systems with the coupling of friction: the residual of the whole system, with sweeps by single
-// rows and by threes, and with the factor; the same bits on any number of threads; what cannot be
-// solved goes without its coupling and says so.
+// rows and by threes, and with the factor, new or kept; the same bits on any number of threads;
+// what cannot be solved goes without its coupling and says so.
 
 #include "gauss.h"
 #include "systems.h"
 #include "test.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { N_TERM = 40 };
 
@@ -156,9 +157,12 @@ static void expect_solved_by(fixture *x, int kind) {
     nmm_gauss *gauss = x->solver->gauss;
     for (int k = 0; k < NMM_GAUSS_KINDS; k++)
         gauss->rate[k] = k == kind ? 1e6 : 1e-6;
+    x->options.reuse = kind == NMM_GAUSS_KEPT;
     solve(x);
     assert_true(x->report.coupled);
-    assert_int_equal(x->report.method, kind == NMM_GAUSS_FACTOR ? NMM_SOLVE_DIRECT : NMM_SOLVE_PCG);
+    assert_int_equal(x->report.method, kind == NMM_GAUSS_SWEEPS ? NMM_SOLVE_PCG : NMM_SOLVE_DIRECT);
+    const bool kept = strstr(x->report.why, "earlier pass") != NULL;
+    assert_int_equal(kept, kind == NMM_GAUSS_KEPT);
     assert_true(x->report.residual <= 1e-9);
     assert_near(residual_with_coupling(x), x->report.residual, 1e-10);
     // The coupling matters: without it the residual would be another one.
@@ -178,6 +182,35 @@ static void test_solved_by_sweeps_and_by_the_factor(void **unused) {
     assert_int_equal(x.solver->gauss->lump, 3);
     expect_solved_by(&x, NMM_GAUSS_FACTOR);
     tear_down(&x);
+}
+
+// Diagonal blocks of every `stride`-th row `times` as stiff.
+static void stiffen(fixture *x, int stride, double times) {
+    const nmm_bsr *K = &x->system.K;
+    for (int row = 0; row < K->n_row; row += stride)
+        for (int i = 0; i < 4; i++)
+            K->value[4 * (long)K->diagonal[row] + i] *= times;
+}
+
+// The factor of another matrix does where that is near, and where it is far a new one is made.
+static void test_solved_by_the_factor_kept(void **unused) {
+    (void)unused;
+    for (int far = 0; far < 2; far++) {
+        fixture x;
+        set_up_rock(&x, 0.5);
+        expect_solved_by(&x, NMM_GAUSS_FACTOR);
+        const int fresh = x.report.iterations;
+        stiffen(&x, far ? 2 : 1, far ? 1e6 : 1.3);
+        x.options.reuse = true;
+        x.solver->gauss->rate[NMM_GAUSS_KEPT] = 1e6;
+        solve(&x);
+        assert_true(x.report.coupled);
+        assert_true(x.report.iterations > fresh);
+        assert_int_equal(strstr(x.report.why, "earlier pass") != NULL, !far);
+        assert_near(residual_with_coupling(&x), x.report.residual, 1e-10);
+        assert_true(x.report.residual <= 1e-9);
+        tear_down(&x);
+    }
 }
 
 static void test_without_terms_it_is_the_symmetric_system(void **unused) {
@@ -276,6 +309,7 @@ static void test_no_memory(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_solved_by_sweeps_and_by_the_factor),
+        cmocka_unit_test(test_solved_by_the_factor_kept),
         cmocka_unit_test(test_without_terms_it_is_the_symmetric_system),
         cmocka_unit_test(test_same_bits_on_any_number_of_threads),
         cmocka_unit_test(test_goes_without_what_has_no_solution),
