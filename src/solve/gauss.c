@@ -22,10 +22,12 @@
 #define SINGULAR 1e-14
 
 // Prices in nanoseconds of one core of about 3 GHz, as in choose.c.
-#define PER_BLOCK 0.7   // a 2x2 block in a product, forward and backward
-#define PER_ROW 50.0    // waits for the one before, twice; and its share of directions
-#define PER_LUMP 30.0   // the same for three rows
-#define PER_NUMBER 0.2  // of the factor, twice for each solve with it
+#define PER_BLOCK 0.7  // a 2x2 block in a product, forward and backward
+#define PER_ROW 50.0   // waits for the one before, twice; and its share of directions
+#define PER_LUMP 30.0  // the same for three rows
+#define PER_NUMBER 0.2 // of the factor, twice for each solve with it
+#define PER_FAR 0.6    // the same where the factor lies in memory, of more numbers than
+#define CACHE 1e6
 #define ANALYSE 30.0    // by block
 #define FIRST_WORK 10.0 // of a factor not known yet, by block
 
@@ -272,7 +274,8 @@ static int minimise(const nmm_solver *s, nmm_gauss *g, int kind, double gain, in
 static void price(const nmm_gauss *g, const nmm_bsr *K, double gain, bool reuse, double *work) {
     const double n_block = K->row_start[K->n_row], n = K->n_row;
     const double per_row = g->lump == 3 ? PER_LUMP / 3 : PER_ROW;
-    const double apply = 2 * PER_NUMBER * g->factor.n_number;
+    const double per_number = g->factor.n_number > CACHE ? PER_FAR : PER_NUMBER;
+    const double apply = 2 * per_number * g->factor.n_number;
     double times[NMM_GAUSS_KINDS];
     for (int kind = 0; kind < NMM_GAUSS_KINDS; kind++)
         times[kind] = gain / g->rate[kind];
