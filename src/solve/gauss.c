@@ -26,7 +26,7 @@
 #define PER_ROW 50.0   // waits for the one before, twice; and its share of directions
 #define PER_LUMP 30.0  // the same for three rows
 #define PER_NUMBER 0.2 // of the factor, twice for each solve with it
-#define PER_FAR 0.6    // the same where the factor lies in memory, of more numbers than
+#define PER_FAR 0.6    // the same of a factor with more numbers than CACHE, which lies in memory
 #define CACHE 1e6
 #define ANALYSE 30.0    // by block
 #define FIRST_WORK 10.0 // of a factor not known yet, by block
