@@ -13,10 +13,6 @@
 #include <string.h>
 
 // Words of the settings, at the place of their value.
-static const char *const precision_word[] = {[NMM_PRECISION_DOUBLE] = "double",
-                                             [NMM_PRECISION_MIXED] = "mixed",
-                                             [NMM_PRECISION_AUTO] = "auto",
-                                             NULL};
 static const char *const stop_word[] = {"residual", "average_change", NULL};
 
 nmm_linear_def nmm_default_linear_def(void) {
@@ -48,7 +44,7 @@ static nmm_status take_options(nmm_context *context, const nmm_linear_def *def,
     int method = 0, blocks = 0, precision = 0, stop = 0;
     TRY(take_word(context, "method", def->method, nmm_solve_method_word, &method));
     TRY(take_word(context, "blocks", def->blocks, nmm_solve_blocks_word, &blocks));
-    TRY(take_word(context, "precision", def->precision, precision_word, &precision));
+    TRY(take_word(context, "precision", def->precision, nmm_solve_precision_word, &precision));
     TRY(take_word(context, "stop", def->stop, stop_word, &stop));
     if (def->n_repeat < 1 || (def->matrix == NULL && def->generate < 8)) {
         return nmm_fail(context, NMM_ERROR_ARGUMENT,
@@ -224,7 +220,8 @@ static void copy_words(nmm_linear_report *report, const job *j) {
     snprintf(report->reason, sizeof report->reason, "%s", nmm_solve_end_name(solved->end));
     snprintf(report->method, sizeof report->method, "%s", nmm_solve_method_name(solved->method));
     snprintf(report->blocks, sizeof report->blocks, "%s", nmm_solve_blocks_name(solved->blocks));
-    snprintf(report->precision, sizeof report->precision, "%s", precision_word[solved->precision]);
+    snprintf(report->precision, sizeof report->precision, "%s",
+             nmm_solve_precision_word[solved->precision]);
     snprintf(report->device, sizeof report->device, "%s", j->backend->name);
     snprintf(report->why, sizeof report->why, "%s", solved->why != NULL ? solved->why : "");
 }

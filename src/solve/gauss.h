@@ -2,9 +2,8 @@
 //
 // Inside of the solve floor: systems with a coupling, (K + sum of push pull^T) u = f, as friction
 // leaves them. Minimal residuals (GMRES) with one symmetric Gauss-Seidel sweep as preconditioner,
-// or with the factor of K, of this one or of an earlier pass of the step, where that costs less.
-// Serial: few iterations of a small price, the same
-// bits for any number of threads.
+// or with the factor of K, or of that of an earlier pass of the step, where that costs less.
+// Serial: few iterations of a small price, the same bits for any number of threads.
 
 #ifndef NMM_GAUSS_H
 #define NMM_GAUSS_H

@@ -38,6 +38,11 @@ const char *const nmm_solve_blocks_word[] = {[NMM_BLOCKS_AUTO] = "auto",
                                              [NMM_BLOCKS_BODY] = "body",
                                              NULL};
 
+const char *const nmm_solve_precision_word[] = {[NMM_PRECISION_DOUBLE] = "double",
+                                                [NMM_PRECISION_MIXED] = "mixed",
+                                                [NMM_PRECISION_AUTO] = "auto",
+                                                NULL};
+
 const char *nmm_solve_method_name(nmm_solve_method method) {
     const bool known = (int)method >= NMM_SOLVE_AUTO && (int)method <= NMM_SOLVE_DIRECT;
     return known ? nmm_solve_method_word[method] : "unknown";

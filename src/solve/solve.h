@@ -143,7 +143,8 @@ int nmm_solve_target_devices(void);
 /// auto, tolerance 1e-8, residual test, estimated damping, SOR factor 1.9.
 nmm_solve_options nmm_default_solve_options(void);
 /// The words of scenes and commands, at the places of their values, ended by NULL.
-extern const char *const nmm_solve_method_word[], *const nmm_solve_blocks_word[];
+extern const char *const nmm_solve_method_word[], *const nmm_solve_blocks_word[],
+                                                      *const nmm_solve_precision_word[];
 /// The same; "unknown" for what is no method, no kind of blocks.
 const char *nmm_solve_method_name(nmm_solve_method method);
 const char *nmm_solve_blocks_name(nmm_solve_blocks blocks);

@@ -28,16 +28,21 @@ static nmm_status read_scene(nmm_sim *sim, const nmm_sim_def *def) {
                            def->n_override, def->override);
 }
 
+void nmm_wave_squares(const nmm_model *model, double *slowest, double *fastest) {
+    *slowest = INFINITY, *fastest = 0;
+    for (int m = 0; m < model->n_material; m++) {
+        const nmm_material *material = &model->material[m];
+        const double square = material->youngs_modulus / material->density;
+        *slowest = nmm_min(*slowest, square);
+        *fastest = nmm_max(*fastest, square);
+    }
+}
+
 // Steps of statics: from what a wave takes through a cover to where inertia is next to nothing.
 static void complete_static(nmm_sim *sim) {
     nmm_scene_settings *settings = &sim->settings;
-    double fastest = 0, slowest = INFINITY;
-    for (int m = 0; m < sim->model.n_material; m++) {
-        const nmm_material *material = &sim->model.material[m];
-        const double square = material->youngs_modulus / material->density;
-        fastest = nmm_max(fastest, square);
-        slowest = nmm_min(slowest, square);
-    }
+    double slowest, fastest;
+    nmm_wave_squares(&sim->model, &slowest, &fastest);
     const double longest = 1e5 * sim->model.size / sqrt(slowest);
     if (settings->dt <= 0) settings->dt = 10 * sim->model.size / sqrt(fastest);
     if (settings->dt_max <= settings->dt) settings->dt_max = nmm_max(settings->dt, longest);
@@ -90,6 +95,15 @@ nmm_solve_method nmm_step_method(const nmm_sim *sim) {
     return is_auto && sim->comparable ? NMM_SOLVE_PCG : method[sim->settings.method];
 }
 
+nmm_solve_precision nmm_step_precision(const nmm_sim *sim) {
+    static const nmm_solve_precision precision[] = {
+        [NMM_SCENE_DOUBLE] = NMM_PRECISION_DOUBLE,
+        [NMM_SCENE_MIXED] = NMM_PRECISION_MIXED,
+        [NMM_SCENE_PRECISION_AUTO] = NMM_PRECISION_AUTO,
+    };
+    return precision[sim->settings.precision];
+}
+
 nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
                             const nmm_solve_backend **backend) {
     *backend = nmm_solve_host();
@@ -107,14 +121,11 @@ nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
 static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
     TRY(nmm_step_backend(&sim->context, device, &sim->backend));
     nmm_summary *summary = &sim->summary;
-    static const char *const precision[] = {[NMM_SCENE_DOUBLE] = "double",
-                                            [NMM_SCENE_MIXED] = "mixed",
-                                            [NMM_SCENE_PRECISION_AUTO] = "auto"};
     snprintf(summary->method, sizeof summary->method, "%s",
              nmm_solve_method_name(nmm_step_method(sim)));
     snprintf(summary->device, sizeof summary->device, "%s", sim->backend->name);
     snprintf(summary->precision, sizeof summary->precision, "%s",
-             precision[sim->settings.precision]);
+             nmm_solve_precision_word[nmm_step_precision(sim)]);
     return NMM_OK;
 }
 

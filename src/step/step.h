@@ -234,6 +234,9 @@ nmm_status nmm_costs_weigh(nmm_sim *sim, nmm_costs *costs);
 /// Method of the linear solver. A run that is to be compared keeps to what devices have as well.
 nmm_solve_method nmm_step_method(const nmm_sim *sim);
 
+/// Precision of the linear solver, as it was asked for.
+nmm_solve_precision nmm_step_precision(const nmm_sim *sim);
+
 /// The backend for a device. NMM_ERROR_DEVICE: there is no such device.
 nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
                             const nmm_solve_backend **backend);

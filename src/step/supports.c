@@ -115,16 +115,6 @@ bool nmm_supports_stand(nmm_sim *sim, double end) {
 
 // --- A round
 
-void nmm_wave_squares(const nmm_model *model, double *slowest, double *fastest) {
-    *slowest = INFINITY, *fastest = 0;
-    for (int m = 0; m < model->n_material; m++) {
-        const nmm_material *material = &model->material[m];
-        const double square = material->youngs_modulus / material->density;
-        *slowest = nmm_min(*slowest, square);
-        *fastest = nmm_max(*fastest, square);
-    }
-}
-
 // Is the step long against the time a wave takes through a cover? Only then are the points beside a
 // support at rest when it is put back; in a short step that would be a kick of 2 e / h.
 static bool is_slow(const nmm_sim *sim, double h) {

@@ -109,16 +109,11 @@ static nmm_solve_options solve_options(const nmm_sim *sim, const passes *p) {
         [NMM_SCENE_BLOCKS_CLUSTER] = NMM_BLOCKS_CLUSTER,
         [NMM_SCENE_BLOCKS_BODY] = NMM_BLOCKS_BODY,
     };
-    static const nmm_solve_precision precision[] = {
-        [NMM_SCENE_DOUBLE] = NMM_PRECISION_DOUBLE,
-        [NMM_SCENE_MIXED] = NMM_PRECISION_MIXED,
-        [NMM_SCENE_PRECISION_AUTO] = NMM_PRECISION_AUTO,
-    };
     return (nmm_solve_options){
         .coupling = couples(sim, p) ? &sim->system.coupling : NULL,
         .method = nmm_step_method(sim),
         .blocks = blocks[settings->blocks],
-        .precision = precision[settings->precision],
+        .precision = nmm_step_precision(sim),
         // The coarse correction is on the host only.
         .place = sim->comparable ? NULL : sim->model.cover_place,
         .body = sim->comparable ? NULL : nmm_system_body(&sim->system, &sim->model),
@@ -407,7 +402,8 @@ static line begin_line(nmm_sim *sim) {
         most = nmm_max(most, work[k]);
     for (int k = 0; k < sim->balance.n_class; k++)
         along.share[k] = work[k] > least[k] ? most / work[k] : 0;
-    along.work = work_along(sim, &along);
+    for (int k = 0; k < sim->balance.n_class; k++)
+        along.work += along.share[k] * work[k];
     return along;
 }
 

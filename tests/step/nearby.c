@@ -9,6 +9,14 @@
 
 #include <stdlib.h>
 
+#define DRY_STONES                                                                                 \
+    "materials:\n"                                                                                 \
+    "  stone: {density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.25}\n"                        \
+    "interfaces: {dry: {friction_angle: 30}}\n"                                                    \
+    "interface: dry\n"                                                                             \
+    "covers: {mesh: block}\n"                                                                      \
+    "supports: [{block: base, fix: xy}]\n"
+
 // Blocks in a row, and one that comes from the left.
 static const char *const SCENE_ROW =
     "nmm: 1\n"
@@ -17,13 +25,7 @@ static const char *const SCENE_ROW =
     "  - {name: base, polygon: [[-2, -1], [101, -1], [101, 0], [-2, 0]]}\n"
     "  - {polygon: [[0, 0], [1, 0], [1, 0.5], [0, 0.5]], repeat: {count: [100, 1], step: [1, 1]}}\n"
     "  - {name: hammer, polygon: [[-1.04, 0], [-0.04, 0], [-0.04, 0.5], [-1.04, 0.5]],\n"
-    "     velocity: [1, 0, 0]}\n"
-    "materials:\n"
-    "  stone: {density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.25}\n"
-    "interfaces: {dry: {friction_angle: 30}}\n"
-    "interface: dry\n"
-    "covers: {mesh: block}\n"
-    "supports: [{block: base, fix: xy}]\n"
+    "     velocity: [1, 0, 0]}\n" DRY_STONES
     "monitors: [{name: first, point: [0.5, 0.25]}, {name: tenth, point: [9.5, 0.25]}]\n"
     "time: {dt: 1e-3, end: 0.06}\n";
 
@@ -35,14 +37,7 @@ static const char *const SCENE_BRICKS =
     "  - {name: base, polygon: [[-2, -1], [8, -1], [8, 0], [-2, 0]]}\n"
     "  - {polygon: [[0, 0], [1, 0], [1, 0.5], [0, 0.5]], repeat: {count: [6, 2], step: [1, 1]}}\n"
     "  - {polygon: [[0.5, 0.5], [1.5, 0.5], [1.5, 1], [0.5, 1]],\n"
-    "     repeat: {count: [5, 2], step: [1, 1]}}\n"
-    "materials:\n"
-    "  stone: {density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.25}\n"
-    "interfaces: {dry: {friction_angle: 30}}\n"
-    "interface: dry\n"
-    "covers: {mesh: block}\n"
-    "supports: [{block: base, fix: xy}]\n"
-    "time: {dt: 1e-3, end: 1}\n";
+    "     repeat: {count: [5, 2], step: [1, 1]}}\n" DRY_STONES "time: {dt: 1e-3, end: 1}\n";
 
 // --- What a move touches
 
