@@ -109,24 +109,43 @@ void nmm_release(nmm_context *context, void *block) {
 
 // --- Sums, clock, hash
 
+// Sum over first .. end - 1, from left to right.
+static double sum_in_order(const double *x, const double *y, long first, long end) {
+    double sum = 0;
+    for (long i = first; i < end; i++)
+        sum += x[i] * y[i];
+    return sum;
+}
+
+// Sums over chunks first .. first + n_chunk - 1, side by side, so that none waits for another.
+#define CHUNKS 4
+static void sum_chunks(int n, const double *x, const double *y, long first, double *part) {
+    const long begin = first * NMM_CHUNK;
+    double sum[CHUNKS] = {0};
+    if (begin + CHUNKS * NMM_CHUNK <= n) {
+        for (long i = begin; i < begin + NMM_CHUNK; i++)
+            for (int k = 0; k < CHUNKS; k++)
+                sum[k] += x[i + k * NMM_CHUNK] * y[i + k * NMM_CHUNK];
+    } else {
+        for (int k = 0; k < CHUNKS; k++) {
+            const long from = begin + k * NMM_CHUNK, end = from + NMM_CHUNK;
+            sum[k] = sum_in_order(x, y, from, end < n ? end : n);
+        }
+    }
+    memcpy(part, sum, sizeof sum);
+}
+
 double nmm_sum_product(int n, const double *x, const double *y, int n_thread) {
     // Chunks are summed in groups that fit on the stack, so nothing is allocated.
     enum { GROUP = 64 };
     double total = 0;
     for (long group = 0; group * GROUP * NMM_CHUNK < n; group++) {
-        double part[GROUP] = {0};
-        const long first = group * GROUP * NMM_CHUNK;
-        const long n_chunk = (n - first + NMM_CHUNK - 1) / NMM_CHUNK;
+        double part[GROUP];
+        const long first = group * GROUP, n_chunk = (n - 1) / NMM_CHUNK + 1 - first;
         const int n_part = n_chunk < GROUP ? (int)n_chunk : GROUP;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_part > 8)
-        for (int p = 0; p < n_part; p++) {
-            const long begin = first + (long)p * NMM_CHUNK;
-            const long end = begin + NMM_CHUNK < n ? begin + NMM_CHUNK : n;
-            double sum = 0;
-            for (long i = begin; i < end; i++)
-                sum += x[i] * y[i];
-            part[p] = sum;
-        }
+        for (int p = 0; p < n_part; p += CHUNKS)
+            sum_chunks(n, x, y, first + p, part + p);
         for (int p = 0; p < n_part; p++)
             total += part[p];
     }

@@ -18,6 +18,17 @@ typedef struct nmm_barrier {
     _Alignas(64) atomic_int round;
 } nmm_barrier;
 
+/// A thread has looked for something in vain, for the spin-th time.
+static inline void nmm_barrier_pause(int spin) {
+    if (spin < 400) {
+#if defined(__x86_64__)
+        __builtin_ia32_pause();
+#endif
+    } else {
+        sched_yield();
+    }
+}
+
 /// Returns when all threads of the region have called it. What they wrote before is known to all
 /// after.
 static inline void nmm_barrier_wait(nmm_barrier *barrier) {
@@ -28,16 +39,8 @@ static inline void nmm_barrier_wait(nmm_barrier *barrier) {
         atomic_store_explicit(&barrier->round, round + 1, memory_order_release);
         return;
     }
-    for (int spin = 0; atomic_load_explicit(&barrier->round, memory_order_acquire) == round;
-         spin++) {
-        if (spin < 400) {
-#if defined(__x86_64__)
-            __builtin_ia32_pause();
-#endif
-        } else {
-            sched_yield();
-        }
-    }
+    for (int spin = 0; atomic_load_explicit(&barrier->round, memory_order_acquire) == round; spin++)
+        nmm_barrier_pause(spin);
 }
 
 #endif

@@ -125,7 +125,7 @@ static prices find_prices(const nmm_solver *s, const nmm_bsr *K, bool kept,
     const double life = nmm_max(nmm_max(LEAST_LIFE, experience->life), experience->n_kept);
     double analysis = 0;
     p.has_direct = options->method == NMM_SOLVE_AUTO;
-    p.iterate[DIRECT] = nmm_direct_work(s->direct, K, &analysis);
+    p.iterate[DIRECT] = nmm_direct_work(s, K, &analysis);
     p.prepare[DIRECT] = p.iterate[DIRECT] + analysis / life;
     if (options->place == NULL || options->body == NULL) return p;
     p.largest = NMM_BLOCKS_BODY;
@@ -211,10 +211,7 @@ static int alternative(const prices *p, const nmm_experience *experience, int ki
 
 // Orders of magnitude to go; the right-hand side counts, not the first guess.
 static double gain_wanted(const nmm_bsr *K, const double *f, const nmm_solve_options *options) {
-    double square = 0;
-    for (int i = 0; i < 2 * K->n_row; i++)
-        square += f[i] * f[i];
-    const double norm = sqrt(square);
+    const double norm = sqrt(nmm_sum_product(2 * K->n_row, f, f, 1));
     const double limit = nmm_max(options->tolerance * norm, options->absolute);
     return limit > 0 && limit < norm && norm < INFINITY ? log10(norm / limit) : 1;
 }
@@ -370,6 +367,10 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
                             const double *f, double *u, bool keep_pattern,
                             const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_check(context, solver, K, options));
+    // A caller may say so of a system of another size by mistake.
+    const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
+    const bool kept = keep_pattern && solver->n_row == K->n_row && solver->n_block == n_block;
+    solver->pattern += !kept;
     // A method, limits and precision that were asked for are those of the symmetric systems.
     const bool free = options->method == NMM_SOLVE_AUTO && options->max_iterations == 0 &&
                       options->blocks == NMM_BLOCKS_AUTO &&

@@ -60,6 +60,7 @@ typedef struct nmm_direct {
     int pause, next_pause;
     nmm_pace pace; // one thread or several
     bool analysed; // in this solve
+    long pattern;  // of the solver when the factor was found to be for it; 0: never
 } nmm_direct;
 
 // --- The object
@@ -77,16 +78,24 @@ static nmm_status create(nmm_context *context, nmm_direct **direct) {
     return NMM_OK;
 }
 
-double nmm_direct_work(const nmm_direct *direct, const nmm_bsr *K, double *analysis) {
+// Is the factor for this pattern? What the caller says to be the same is not compared again.
+static bool knows(const nmm_solver *s, const nmm_bsr *K) {
+    const nmm_direct *d = s->direct;
+    if (d == NULL) return false;
+    return (d->pattern > 0 && d->pattern == s->pattern) || nmm_factor_knows(&d->factor, K);
+}
+
+double nmm_direct_work(const nmm_solver *solver, const nmm_bsr *K, double *analysis) {
+    const nmm_factor *factor = solver->direct != NULL ? &solver->direct->factor : NULL;
     const double n = K->n_row, n_block = n > 0 ? K->row_start[K->n_row] : 0;
     const double per_block = PER_NUMBER * 4;
     // Twice a product with K, and a look at its numbers.
     const double call = PER_CALL + 3 * per_block * n_block;
     const bool cut = n >= NMM_ROWS_TO_CUT;
     *analysis = (cut ? ANALYSE + CUT : ANALYSE) * n_block;
-    if (direct != NULL && nmm_factor_knows(&direct->factor, K)) {
+    if (knows(solver, K)) {
         *analysis = 0;
-        return call + direct->factor.work + 2 * PER_NUMBER * direct->factor.n_number;
+        return call + factor->work + 2 * PER_NUMBER * factor->n_number;
     }
     const double fronts = cut ? FRONTS_CUT * sqrt(n) : FRONTS * sqrt(n * sqrt(n));
     const double work = (FACTORISE + fronts) * n_block;
@@ -101,10 +110,13 @@ static const double *place_of(const nmm_solver *s) {
 // Order and shape of L.
 static nmm_status analyse(nmm_context *context, nmm_direct *d, const nmm_solver *s,
                           const nmm_bsr *K) {
-    if (nmm_factor_knows(&d->factor, K)) return NMM_OK;
+    const bool known = knows(s, K);
+    d->pattern = known ? s->pattern : 0;
+    if (known) return NMM_OK;
     d->usable = d->fresh = false;
     d->analysed = true;
     TRY(nmm_factor_analyse(context, &d->factor, K, place_of(s)));
+    d->pattern = s->pattern;
     d->factor_cost = d->factor.work;
     d->iteration_cost = PER_NUMBER * (2 * d->factor.n_number + 4.0 * d->factor.n_block);
     return NMM_OK;
@@ -161,11 +173,22 @@ static double dot(const nmm_solver *s, const double *x, const double *y) {
     return nmm_sum_product(2 * s->n_row, x, y, s->n_thread);
 }
 
-// r = f - K u; its norm.
+static bool is_zero(int n, const double *x) {
+    int i = 0;
+    while (i < n && x[i] == 0)
+        i++;
+    return i == n;
+}
+
+// r = f - K u; its norm. Many solves begin with u = 0.
 static double true_norm(const nmm_solver *s) {
     const double *f = s->wide.f;
     double *r = s->wide.r;
     const int n = 2 * s->n_row;
+    if (is_zero(n, s->wide.u)) {
+        memcpy(r, f, (size_t)n * sizeof *r);
+        return sqrt(dot(s, r, r));
+    }
     s->variant->multiply(s, s->wide.u, r);
     SHARED_LOOP
     for (int i = 0; i < n; i++)
@@ -309,16 +332,16 @@ static nmm_status run(nmm_context *context, nmm_solver *s, const nmm_bsr *K, con
 }
 
 // Is the work worth several threads? Then the faster way of late is taken, as bits are the same.
-static bool several_threads(const nmm_direct *d, const nmm_solver *s, const nmm_bsr *K) {
+static bool several_threads(const nmm_solver *s, const nmm_bsr *K) {
     double analysis = 0;
-    return s->n_thread > 1 && nmm_direct_work(d, K, &analysis) >= LEAST_SHARED;
+    return s->n_thread > 1 && nmm_direct_work(s, K, &analysis) >= LEAST_SHARED;
 }
 
 nmm_status nmm_direct_solve(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                             const double *f, double *u, nmm_solve_report *report) {
     TRY(create(context, &solver->direct));
     nmm_direct *d = solver->direct;
-    const bool several = several_threads(d, solver, K);
+    const bool several = several_threads(solver, K);
     if (!several || !nmm_pace_shares(&d->pace)) nmm_solver_use_threads(solver, 1);
     const double began = nmm_clock();
     bool ready = false;

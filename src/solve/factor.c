@@ -73,6 +73,7 @@ void nmm_factor_destroy(nmm_context *context, nmm_factor *factor) {
         nmm_release(context, &factor->stack[k].number);
     nmm_release(context, &factor->tree);
     nmm_release(context, &factor->part);
+    nmm_release(context, &factor->part_state);
     nmm_release(context, &factor->top);
     nmm_release(context, &factor->team);
     nmm_dissect_release(context, &factor->stage_room);

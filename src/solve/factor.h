@@ -4,8 +4,8 @@
 // multifrontal method: rows that are eliminated one after the other and have nearly the same
 // columns form a front, a small dense matrix. Order, fronts and all places are found once for a
 // pattern; numbers are then made without a search and without an allocation. Threads take whole
-// subtrees of fronts, then share the large fronts above them. Each number is one sum in an order
-// that fronts alone decide: the same bits on any number of threads, with and without AVX2.
+// subtrees of fronts and fronts above them, then share those at the top. Each number is one sum in
+// an order that fronts alone decide: the same bits on any number of threads, with and without AVX2.
 
 #ifndef NMM_FACTOR_H
 #define NMM_FACTOR_H
@@ -38,10 +38,13 @@ typedef struct nmm_front {
     long rest[2]; // first number of what is left of the matrix, of a vector, in its stack of these
 } nmm_front;
 
-/// Fronts first .. end - 1 are for one thread: whole subtrees.
+/// Fronts first .. end - 1 are for one thread: whole subtrees, or one front above others.
 typedef struct nmm_factor_part {
     int first, end;
+    int above;   // the part that takes what is left, -1: fronts that threads share, or none
+    int n_below; // parts that leave something for this one
     double work;
+    double path; // work from its beginning until only shared fronts are left
 } nmm_factor_part;
 
 /// A block of K on its way into a front.
@@ -70,10 +73,12 @@ typedef struct nmm_factor {
     double *x;              // [n_row][2] a vector in order of elimination
     nmm_team *team;         // threads at work
     long n_value;
-    // How `n_thread` threads share the work: the parts, larger ones first, then fronts `top`
+    // How `n_thread` threads share the work: the parts, longer paths first, then fronts `top`
     // together.
     int n_thread, n_part, n_top;
     nmm_factor_part *part;
+    // [2][n_part] on the way up: parts below that are not done; on the way back: 0. Below 0: taken.
+    atomic_int *part_state;
     int *top;
     // The same fronts in rounds for the solution: those of a round need only rounds before.
     int n_round;
@@ -88,7 +93,7 @@ typedef struct nmm_factor {
     // What there is room for.
     int row_capacity, col_capacity, entry_capacity, list_capacity, place_capacity, run_capacity;
     int tree_capacity;
-    int part_capacity, top_capacity;
+    int part_capacity, state_capacity, top_capacity;
     long value_capacity;
 } nmm_factor;
 

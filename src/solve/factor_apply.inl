@@ -207,6 +207,58 @@ static void pass_round(const nmm_factor *f, int round, bool back, nmm_hand *h) {
     (back ? share_back : share_forward)(f, list, n, h);
 }
 
+// --- Parts: threads take those that do not wait for others, first those with a long way to go
+
+// States of parts that nobody needs to take.
+enum { PART_TAKEN = -1, PART_DONE = -2 };
+
+static atomic_int *states_of(const nmm_factor *f, bool back) {
+    return f->part_state + (back ? f->n_part : 0);
+}
+
+// Before threads begin.
+static void open_parts(const nmm_factor *f, bool back) {
+    atomic_int *state = states_of(f, back);
+    for (int k = 0; k < f->n_part; k++)
+        atomic_store_explicit(&state[k], back ? 0 : f->part[k].n_below, memory_order_relaxed);
+}
+
+// Is what this part needs done? On the way back that is the part above it.
+static bool take_ready(const nmm_factor *f, atomic_int *state, int k, bool back) {
+    const int above = f->part[k].above;
+    if (back && above >= 0 &&
+        atomic_load_explicit(&state[above], memory_order_acquire) != PART_DONE) {
+        return false;
+    }
+    int ready = 0;
+    return atomic_compare_exchange_strong_explicit(&state[k], &ready, PART_TAKEN,
+                                                   memory_order_acquire, memory_order_relaxed);
+}
+
+// The next part for a thread, -1: all are taken. Those before `*first` were.
+static int take_part(const nmm_factor *f, bool back, int *first) {
+    atomic_int *state = states_of(f, back);
+    for (int spin = 0; *first < f->n_part; spin++) {
+        for (int k = *first; k < f->n_part; k++) {
+            const bool taken = atomic_load_explicit(&state[k], memory_order_relaxed) < 0;
+            if (taken && k == *first) ++*first;
+            if (!taken && take_ready(f, state, k, back)) return k;
+        }
+        nmm_barrier_pause(spin);
+    }
+    return -1;
+}
+
+static void finish_part(const nmm_factor *f, bool back, int k) {
+    atomic_int *state = states_of(f, back);
+    const int above = f->part[k].above;
+    if (back) {
+        atomic_store_explicit(&state[k], PART_DONE, memory_order_release);
+    } else if (above >= 0) {
+        atomic_fetch_sub_explicit(&state[above], 1, memory_order_acq_rel);
+    }
+}
+
 // --- All of it
 
 // Rows of one order into the other, some at a time.
@@ -222,31 +274,46 @@ static void move_rows(const nmm_factor *f, const double *from, double *to, bool 
     nmm_hand_join(h, n_turn);
 }
 
-// A thread's part of it. r NULL: x is L^-1 P r already.
-static void apply_share(const nmm_factor *f, const double *r, double *z, nmm_hand *h, int thread) {
-    const own_stacks own = stacks_of(f, thread);
-    if (r != NULL) {
-        move_rows(f, r, f->x, true, h);
-        for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
-            for (int i = f->part[k].first; i < f->part[k].end; i++)
-                go_forward(f, &f->front[i], &own);
-        nmm_hand_join(h, f->n_part);
-        for (int round = 0; round < f->n_round; round++)
-            pass_round(f, round, false, h);
+// A thread's part of the way up; x is P r already.
+static void share_way_up(const nmm_factor *f, nmm_hand *h, const own_stacks *own) {
+    int first = 0;
+    for (int k = take_part(f, false, &first); k >= 0; k = take_part(f, false, &first)) {
+        for (int i = f->part[k].first; i < f->part[k].end; i++)
+            go_forward(f, &f->front[i], own);
+        finish_part(f, false, k);
     }
+    nmm_hand_wait(h);
+    for (int round = 0; round < f->n_round; round++)
+        pass_round(f, round, false, h);
+}
+
+// A thread's part of the way back, from L^-1 P r in x.
+static void share_way_back(const nmm_factor *f, double *z, nmm_hand *h, const own_stacks *own) {
     for (int round = f->n_round - 1; round >= 0; round--)
         pass_round(f, round, true, h);
-    for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
+    int first = 0;
+    for (int k = take_part(f, true, &first); k >= 0; k = take_part(f, true, &first)) {
         for (int i = f->part[k].end - 1; i >= f->part[k].first; i--)
-            go_back(f, &f->front[i], &own);
-    nmm_hand_join(h, f->n_part);
+            go_back(f, &f->front[i], own);
+        finish_part(f, true, k);
+    }
+    nmm_hand_wait(h);
     move_rows(f, f->x, z, false, h);
+}
+
+static void apply_share(const nmm_factor *f, const double *r, double *z, nmm_hand *h, int thread) {
+    const own_stacks own = stacks_of(f, thread);
+    move_rows(f, r, f->x, true, h);
+    share_way_up(f, h, &own);
+    share_way_back(f, z, h, &own);
 }
 
 static void apply_factor(const nmm_factor *f, const double *r, double *z) {
     nmm_team *team = f->team;
     const int n_thread = f->n_thread;
     atomic_store(&team->ticket, 0);
+    open_parts(f, false);
+    open_parts(f, true);
     if (n_thread == 1) {
         nmm_hand alone = {.team = team, .n = 1};
         apply_share(f, r, z, &alone, 0);

@@ -374,9 +374,11 @@ static bool make_front(const nmm_factor *f, const nmm_front *front, const double
 }
 
 // Fronts for one thread, and L^-1 x as soon as columns of L are there, while they are in a cache.
+// None where a pivot before them is not positive: what they would take may not be there.
 static void make_part(const nmm_factor *f, const nmm_factor_part *part, const double *value,
                       bool forward, const own_stacks *own) {
     nmm_hand alone = {.n = 1};
+    if (is_broken(f->team, f->front[part->first].first)) return;
     for (int i = part->first; i < part->end; i++) {
         if (!make_front(f, &f->front[i], value, own, &alone)) return;
         if (forward) go_forward(f, &f->front[i], own);
@@ -396,35 +398,42 @@ static void make_top(const nmm_factor *f, const nmm_front *front, const double *
     nmm_hand_join(h, 1);
 }
 
-// A thread's part of it: fronts of parts, then its share of those above.
-static void make_share(const nmm_factor *f, const double *value, const double *r, nmm_hand *h,
-                       int thread) {
+// A thread's part of it: parts, then its share of the fronts above them. With r the numbers of
+// L^-1 P r are made on the way, and with z the solution after it.
+static void make_share(const nmm_factor *f, const double *value, const double *r, double *z,
+                       nmm_hand *h, int thread) {
     const own_stacks own = stacks_of(f, thread);
     if (r != NULL) move_rows(f, r, f->x, true, h);
-    for (int k = nmm_hand_take(h); k < f->n_part; k = nmm_hand_take(h))
+    int first = 0;
+    for (int k = take_part(f, false, &first); k >= 0; k = take_part(f, false, &first)) {
         make_part(f, &f->part[k], value, r != NULL, &own);
-    nmm_hand_join(h, f->n_part);
+        finish_part(f, false, k);
+    }
+    nmm_hand_wait(h);
     // A thread may be at work on a front before the last one gets there.
     for (int k = 0; k < f->n_top && !is_broken(f->team, f->front[f->top[k]].first); k++) {
         make_top(f, &f->front[f->top[k]], value, h);
         if (r != NULL) share_forward(f, &f->top[k], 1, h);
     }
+    if (r != NULL && !is_broken(f->team, f->n_row)) share_way_back(f, z, h, &own);
 }
 
-// The numbers of the factor; of L^-1 P r as well unless r is NULL.
-static int make_forward(nmm_factor *f, const double *value, const double *r) {
+// The numbers of the factor; z = K^-1 r as well unless r is NULL.
+static int make_and_apply(nmm_factor *f, const double *value, const double *r, double *z) {
     nmm_team *team = f->team;
     const int n_thread = f->n_thread;
     atomic_store(&team->ticket, 0);
     atomic_store(&team->least, INT_MAX);
+    open_parts(f, false);
+    open_parts(f, true);
     if (n_thread == 1) {
         nmm_hand alone = {.team = team, .n = 1};
-        make_share(f, value, r, &alone, 0);
+        make_share(f, value, r, z, &alone, 0);
     } else {
 #pragma omp parallel num_threads(n_thread)
         {
             nmm_hand h = {.team = team, .n = omp_get_num_threads()};
-            make_share(f, value, r, &h, omp_get_thread_num());
+            make_share(f, value, r, z, &h, omp_get_thread_num());
         }
     }
     const int least = atomic_load(&team->least);
@@ -432,11 +441,5 @@ static int make_forward(nmm_factor *f, const double *value, const double *r) {
 }
 
 static int make_factor(nmm_factor *f, const double *value) {
-    return make_forward(f, value, NULL);
-}
-
-static int make_and_apply(nmm_factor *f, const double *value, const double *r, double *z) {
-    const int broken = make_forward(f, value, r);
-    if (broken < 0) apply_factor(f, NULL, z);
-    return broken;
+    return make_and_apply(f, value, NULL, NULL);
 }

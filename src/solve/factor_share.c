@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // Who makes which fronts of a factor, and where their rests wait. From the top of the tree down,
-// the largest subtree is opened, its top front becoming one that all threads share, as long as that
-// promises an earlier end. What lies below is divided into parts, whole subtrees, of which each
-// thread takes one after the other. Geist and Ng, Int. J. Parallel Programming 18 (1989) 291.
+// the largest subtree is opened until all are small. What lies below is divided into parts, whole
+// subtrees; of the fronts that were opened, each is a part of its own, which waits for those below
+// it, but for the few at the top that all threads share, because too few others are left beside
+// them. Geist and Ng, Int. J. Parallel Programming 18 (1989) 291.
 
 #include "factor.h"
 
@@ -14,39 +15,52 @@
 // Nanoseconds that threads wait for each other.
 #define PER_WAIT 2000.0
 
-// Unknowns from one waiting to the next in a shared front, about.
+// Unknowns from one waiting to the next in a shared front, about; what is lost there besides.
 #define PER_PANEL 32
+#define SHARED_LOSS 1.2
 
 // Parts for each thread, about: as many as let them end at about the same time.
 #define PARTS 16
 
-// Subtrees opened at most, for each thread.
+// The largest subtree that is not opened, as part of a thread's work; subtrees opened at most, for
+// each thread.
+#define LARGEST (1.0 / 6)
 #define OPENED 16
+
+// Marks of fronts above subtrees until parts are numbered.
+enum { SHARED = -1, ALONE = -2 };
 
 // Subtrees on the way down.
 typedef struct cut {
     double *work;   // [n_front] of the subtree below and with a front
-    int *candidate; // tops of subtrees not opened that are worth it
+    double *path;   // [n_front] of opened fronts: work from there until shared fronts are left
+    int *candidate; // tops of subtrees to be opened
     int n_candidate;
     int *opened; // tops of those opened, in this order
     int n_opened;
-    double below, above; // work in subtrees; time of shared fronts
 } cut;
 
-// Time of a front that threads share.
-static double shared_time(const nmm_front *front, int n_thread) {
-    const double work = nmm_front_work(front->n_pivot, front->n_row);
-    if (work < NMM_SMALL_FRONT) return work;
-    return work / n_thread + PER_WAIT * (4 + 4.0 * front->n_pivot / PER_PANEL);
+static double work_of(const nmm_factor *f, int front) {
+    return nmm_front_work(f->front[front].n_pivot, f->front[front].n_row);
 }
 
-static void add_candidate(cut *c, int front, double least) {
-    if (c->work[front] >= least) c->candidate[c->n_candidate++] = front;
+static void measure_subtrees(const nmm_factor *f, double *work) {
+    for (int i = 0; i < f->n_front; i++)
+        work[i] = 0;
+    for (int i = 0; i < f->n_front; i++) {
+        const int parent = f->front[i].parent;
+        work[i] += work_of(f, i);
+        if (parent >= 0) work[parent] += work[i];
+    }
 }
 
-// -1: none is left.
+// --- Fronts above subtrees
+
+static void add_candidate(cut *c, int front, double enough) {
+    if (c->work[front] > enough) c->candidate[c->n_candidate++] = front;
+}
+
 static int take_largest(cut *c) {
-    if (c->n_candidate == 0) return -1;
     int at = 0;
     for (int k = 1; k < c->n_candidate; k++)
         if (c->work[c->candidate[k]] > c->work[c->candidate[at]]) at = k;
@@ -55,47 +69,70 @@ static int take_largest(cut *c) {
     return front;
 }
 
-// The number of subtrees to open; the time that this promises.
-static int open_subtrees(const nmm_factor *f, cut *c, int n_thread, double *time) {
-    const double least = f->work / (4 * PARTS * n_thread);
+static void open_subtrees(const nmm_factor *f, cut *c, int n_thread) {
+    const double enough = LARGEST * f->work / n_thread;
     for (int i = 0; i < f->n_front; i++)
-        if (f->front[i].parent < 0) add_candidate(c, i, least);
-    int best = 0;
-    *time = f->work;
-    for (;;) {
+        if (f->front[i].parent < 0) add_candidate(c, i, enough);
+    while (c->n_candidate > 0 && c->n_opened < OPENED * n_thread) {
         const int i = take_largest(c);
-        // No thread is done before the largest part is, and the last part comes late.
-        const double largest = i < 0 ? 0 : c->work[i];
-        const double end = nmm_max(largest, c->below / n_thread + 0.1 * largest) + c->above;
-        if (end < *time) {
-            *time = end;
-            best = c->n_opened;
-        }
-        if (i < 0 || c->n_opened == OPENED * n_thread) return best;
         c->opened[c->n_opened++] = i;
-        c->below -= nmm_front_work(f->front[i].n_pivot, f->front[i].n_row);
-        c->above += shared_time(&f->front[i], n_thread);
         for (int k = f->front[i].child; k >= 0; k = f->front[k].sibling)
-            add_candidate(c, k, least);
+            add_candidate(c, k, enough);
     }
 }
 
-static void measure_subtrees(const nmm_factor *f, double *work) {
-    for (int i = 0; i < f->n_front; i++)
-        work[i] = 0;
-    for (int i = 0; i < f->n_front; i++) {
-        const nmm_front *front = &f->front[i];
-        work[i] += nmm_front_work(front->n_pivot, front->n_row);
-        if (front->parent >= 0) work[front->parent] += work[i];
+// Time of a front that threads share.
+static double shared_time(const nmm_factor *f, int front, int n_thread) {
+    const double work = work_of(f, front);
+    if (work < NMM_SMALL_FRONT) return work;
+    return SHARED_LOSS * work / n_thread +
+           PER_WAIT * (4 + 4.0 * f->front[front].n_pivot / PER_PANEL);
+}
+
+// Time until only the first `n_shared` opened fronts are left, at least: no thread is done before
+// what is below a front is, and then what is above it.
+static double time_of_parts(const nmm_factor *f, cut *c, int n_shared, int n_thread) {
+    double all = f->work, time = 0;
+    for (int k = 0; k < n_shared; k++) {
+        c->path[c->opened[k]] = 0;
+        all -= work_of(f, c->opened[k]);
     }
+    for (int k = n_shared; k < c->n_opened; k++) {
+        const int i = c->opened[k], parent = f->front[i].parent;
+        const double own = work_of(f, i);
+        c->path[i] = own + (parent >= 0 ? c->path[parent] : 0);
+        time = nmm_max(time, c->path[i] + (c->work[i] - own) / n_thread);
+    }
+    return nmm_max(time, all / n_thread);
+}
+
+// How many of the opened fronts the threads share; the time that this promises.
+static int find_shared(const nmm_factor *f, cut *c, int n_thread, double *time) {
+    int best = 0;
+    double above = 0;
+    *time = f->work;
+    for (int k = 0; k <= c->n_opened; k++) {
+        const double all = time_of_parts(f, c, k, n_thread) + above;
+        if (all < *time) {
+            *time = all;
+            best = k;
+        }
+        if (k < c->n_opened) above += shared_time(f, c->opened[k], n_thread);
+    }
+    time_of_parts(f, c, best, n_thread);
+    return best;
 }
 
 // --- Parts
 
-static int by_work(const void *a, const void *b) {
+static int by_path(const void *a, const void *b) {
     const nmm_factor_part *p = a, *q = b;
-    if (p->work != q->work) return p->work > q->work ? -1 : 1;
+    if (p->path != q->path) return p->path > q->path ? -1 : 1;
     return (p->first > q->first) - (p->first < q->first);
+}
+
+static bool is_opened(const nmm_factor *f, int front) {
+    return front < 0 || f->front[front].part < 0;
 }
 
 static nmm_status close_part(nmm_context *context, nmm_factor *f, nmm_factor_part *open) {
@@ -106,52 +143,76 @@ static nmm_status close_part(nmm_context *context, nmm_factor *f, nmm_factor_par
     return NMM_OK;
 }
 
-static bool is_in_top(const nmm_factor *f, int front) {
-    return front < 0 || f->front[front].part < 0;
+// Fronts first .. end - 1, a whole subtree or one opened front: with those before them where they
+// leave what is left to the same front. Until parts are numbered `above` is that front.
+static nmm_status add_fronts(nmm_context *context, nmm_factor *f, const cut *c,
+                             nmm_factor_part *open, nmm_factor_part piece) {
+    const int parent = f->front[piece.end - 1].parent;
+    if (open->above != parent) TRY(close_part(context, f, open));
+    if (open->end == open->first) open->first = piece.first;
+    open->end = piece.end;
+    open->above = parent;
+    open->work += piece.work;
+    open->path = open->work + (parent >= 0 ? c->path[parent] : 0);
+    return NMM_OK;
 }
 
-// The fronts between those of the top, in pieces that end where a subtree does.
-static nmm_status list_parts(nmm_context *context, nmm_factor *f, const double *work,
-                             double enough) {
+// The fronts that are not shared, in pieces that end where a subtree does, and the shared ones.
+static nmm_status list_parts(nmm_context *context, nmm_factor *f, const cut *c, double enough) {
     nmm_factor_part open = {0};
+    int first = 0;
     f->n_top = f->n_part = 0;
     for (int i = 0; i < f->n_front; i++) {
-        if (is_in_top(f, i)) {
-            TRY(close_part(context, f, &open));
-            f->top[f->n_top++] = i;
-            continue;
+        const int mark = f->front[i].part;
+        if (mark < 0) TRY(close_part(context, f, &open));
+        if (mark == SHARED) f->top[f->n_top++] = i;
+        const double work = mark == ALONE ? work_of(f, i) : c->work[i];
+        if (mark != SHARED && is_opened(f, f->front[i].parent)) {
+            TRY(add_fronts(context, f, c, &open, (nmm_factor_part){first, i + 1, .work = work}));
         }
-        if (open.end == open.first) open.first = i;
-        open.end = i + 1;
-        if (!is_in_top(f, f->front[i].parent)) continue;
-        open.work += work[i];
-        if (open.work >= enough) TRY(close_part(context, f, &open));
+        if (open.work >= enough || mark == ALONE) TRY(close_part(context, f, &open));
+        if (is_opened(f, i) || is_opened(f, f->front[i].parent)) first = i + 1;
     }
-    TRY(close_part(context, f, &open));
-    qsort(f->part, (size_t)f->n_part, sizeof *f->part, by_work);
+    return close_part(context, f, &open);
+}
+
+// Numbers of parts, those with long ways to go first, so that each comes before the one above it.
+static nmm_status number_parts(nmm_context *context, nmm_factor *f) {
+    qsort(f->part, (size_t)f->n_part, sizeof *f->part, by_path);
     for (int k = 0; k < f->n_part; k++)
         for (int i = f->part[k].first; i < f->part[k].end; i++)
             f->front[i].part = k;
-    return NMM_OK;
+    for (int k = 0; k < f->n_part; k++) {
+        nmm_factor_part *part = &f->part[k];
+        part->above = part->above < 0 ? -1 : f->front[part->above].part;
+        if (part->above >= 0) f->part[part->above].n_below++;
+    }
+    return nmm_grow(context, &f->part_state, &f->state_capacity, 2 * f->n_part,
+                    sizeof *f->part_state);
 }
 
 // The parts, and the fronts above them in order.
 static nmm_status divide(nmm_context *context, nmm_factor *f) {
     const int n_thread = f->n_thread;
-    cut c = {.work = f->x, .below = f->work, .candidate = f->tree, .opened = f->tree + f->n_row};
+    cut c = {
+        .work = f->x, .path = f->x + f->n_row, .candidate = f->tree, .opened = f->tree + f->n_row};
     measure_subtrees(f, c.work);
-    f->time = f->work;
-    const int n_top = n_thread > 1 ? open_subtrees(f, &c, n_thread, &f->time) : 0;
-    TRY(nmm_grow(context, &f->top, &f->top_capacity, 3 * n_top + 1, sizeof(int)));
+    if (n_thread > 1) open_subtrees(f, &c, n_thread);
+    const int n_shared = find_shared(f, &c, n_thread, &f->time);
+    TRY(nmm_grow(context, &f->top, &f->top_capacity, 3 * n_shared + 1, sizeof(int)));
     double below = f->work;
     for (int i = 0; i < f->n_front; i++)
         f->front[i].part = 0;
-    for (int k = 0; k < n_top; k++) {
-        f->front[c.opened[k]].part = -1;
-        below -= nmm_front_work(f->front[c.opened[k]].n_pivot, f->front[c.opened[k]].n_row);
+    for (int k = 0; k < c.n_opened; k++) {
+        f->front[c.opened[k]].part = k < n_shared ? SHARED : ALONE;
+        below -= work_of(f, c.opened[k]);
     }
-    const double enough = n_thread > 1 ? below / (PARTS * n_thread) : INFINITY;
-    return list_parts(context, f, c.work, enough);
+    TRY(list_parts(context, f, &c, n_thread > 1 ? below / (PARTS * n_thread) : INFINITY));
+    return number_parts(context, f);
+}
+
+static bool is_in_top(const nmm_factor *f, int front) {
+    return front >= 0 && f->front[front].part == SHARED;
 }
 
 // Fronts of the top by how many of them lie below them at most: rounds.
@@ -248,7 +309,7 @@ static void lay_out_stacks(nmm_factor *f) {
         nmm_front *front = &f->front[i];
         const int p = front->parent;
         side[i] = p < 0 ? 0 : (unsigned char)(1 - side[p]);
-        front->kept = front->part >= 0 && p >= 0 && is_in_top(f, p);
+        front->kept = front->part >= 0 && p >= 0 && f->front[p].part != front->part;
     }
     for (int kind = 0; kind < 2; kind++) {
         nmm_factor_stack *stack = &f->stack[kind];

@@ -160,37 +160,6 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
 
 // --- Options and sizes
 
-static nmm_status check_options(nmm_context *context, const nmm_solve_options *o) {
-    if (!((int)o->method >= NMM_SOLVE_AUTO && o->method <= NMM_SOLVE_DIRECT)) {
-        return nmm_fail(context, NMM_ERROR_ARGUMENT, "solver method %d is unknown", (int)o->method);
-    }
-    if (!(o->tolerance >= 0 && o->absolute >= 0 && o->tolerance < 1 &&
-          o->tolerance + o->absolute > 0 && o->absolute <= 1e300)) {
-        return nmm_fail(context, NMM_ERROR_ARGUMENT,
-                        "solver tolerance %g and absolute tolerance %g: one must be above 0, none "
-                        "below, the first below 1",
-                        o->tolerance, o->absolute);
-    }
-    if (!(o->jacobi_damping >= 0 && o->jacobi_damping < 2)) {
-        return nmm_fail(context, NMM_ERROR_ARGUMENT,
-                        "jacobi damping %g is not within 0 (estimated) .. 2", o->jacobi_damping);
-    }
-    if (!(o->sor_factor >= 0 && o->sor_factor < 2)) {
-        return nmm_fail(context, NMM_ERROR_ARGUMENT, "SOR factor %g is not within 0 .. 2",
-                        o->sor_factor);
-    }
-    if (!((int)o->blocks >= NMM_BLOCKS_AUTO && o->blocks <= NMM_BLOCKS_BODY) ||
-        !((int)o->precision >= NMM_PRECISION_DOUBLE && o->precision <= NMM_PRECISION_AUTO)) {
-        return nmm_fail(context, NMM_ERROR_ARGUMENT, "solver blocks %d, precision %d: unknown",
-                        (int)o->blocks, (int)o->precision);
-    }
-    if (o->max_iterations < 0 || o->n_thread < 0) {
-        return nmm_fail(context, NMM_ERROR_ARGUMENT, "%d solver iterations on %d threads",
-                        o->max_iterations, o->n_thread);
-    }
-    return NMM_OK;
-}
-
 static int chosen_iterations(nmm_solve_method method, int n_row) {
     const bool pcg = method == NMM_SOLVE_PCG;
     const long some = 10 * (long)n_row + 1000;
@@ -220,37 +189,6 @@ static nmm_solve_options complete_options(const nmm_context *context, bool stage
     if (o.max_iterations == 0) o.max_iterations = chosen_iterations(o.method, n_row);
     if (o.n_thread == 0) o.n_thread = nmm_max_int(context->n_thread, 1);
     return o;
-}
-
-// Beyond this a place is not one, and squares of distances might overflow.
-#define FARTHEST 1e100
-
-static nmm_status check_hints(nmm_context *context, int n_row, const nmm_solve_options *o) {
-    if (o->place == NULL || o->body == NULL) return NMM_OK;
-    for (int row = 0; row < n_row; row++) {
-        const double x = o->place[2 * (long)row], y = o->place[2 * (long)row + 1];
-        if (!(fabs(x) <= FARTHEST && fabs(y) <= FARTHEST)) {
-            return nmm_fail(context, NMM_ERROR_ARGUMENT, "place of row %d is (%g, %g)", row, x, y);
-        }
-        if (o->body[row] < -1 || o->body[row] >= n_row) {
-            return nmm_fail(context, NMM_ERROR_ARGUMENT,
-                            "body of row %d is %d, which is not within -1 .. %d", row, o->body[row],
-                            n_row - 1);
-        }
-    }
-    return NMM_OK;
-}
-
-nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, const nmm_bsr *K,
-                            const nmm_solve_options *options) {
-    TRY(check_options(context, options));
-    const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
-    if (K->n_row < 0 || K->n_row > solver->max_row || n_block > solver->max_block) {
-        return nmm_fail(context, NMM_ERROR_ARGUMENT,
-                        "a system of %d rows and %d blocks in a solver opened for %d and %d",
-                        K->n_row, n_block, solver->max_row, solver->max_block);
-    }
-    return check_hints(context, K->n_row, options);
 }
 
 static bool has_avx2(void) {
@@ -294,37 +232,7 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
     return nmm_solver_own_matrix(context, solver);
 }
 
-// --- Checks of the system
-
-// Row with a block whose mirror image is not there; -1: none. Rows come in order, so the block that
-// each one asks of another is the next one there.
-static int one_sided_row(const nmm_bsr *K, int *next) {
-    memcpy(next, K->row_start, (size_t)K->n_row * sizeof(int));
-    for (int row = 0; row < K->n_row; row++) {
-        for (int k = K->row_start[row]; k < K->row_start[row + 1]; k++) {
-            const int other = K->col[k];
-            if (next[other] == K->row_start[other + 1] || K->col[next[other]++] != row) return row;
-        }
-    }
-    return -1;
-}
-
-// Row whose columns are not ascending within the matrix, or whose diagonal is elsewhere,
-// or which has a block on one side only; -1: none. `next`: scratch for all rows.
-static int bad_pattern_row(const nmm_bsr *K, int n_block, int *next) {
-    if (K->row_start[0] != 0) return 0;
-    for (int row = 0; row < K->n_row; row++) {
-        const int begin = K->row_start[row], end = K->row_start[row + 1];
-        if (end <= begin || end > n_block) return row;
-        for (int k = begin; k < end; k++) {
-            const int least = k > begin ? K->col[k - 1] + 1 : 0;
-            if (K->col[k] < least || K->col[k] >= K->n_row) return row;
-        }
-        const int d = K->diagonal[row];
-        if (d < begin || d >= end || K->col[d] != row) return row;
-    }
-    return one_sided_row(K, next);
-}
+// --- Numbers of the system
 
 // Sum of 0 * x over the blocks of a row: 0, or NaN when one number is not finite.
 static double not_finite(const nmm_bsr *K, int row) {
@@ -376,13 +284,42 @@ static nmm_solve_end take_rows(nmm_solver *s, const nmm_bsr *K, int *row_of_trou
 
 // --- Scaling
 
+// Sums that are made side by side.
+#define LANES 4
+
+// Are all of scale * x finite? Several sums at a time, so that none waits for another.
+static bool all_finite(int n, const double *x, double scale) {
+    double zero[LANES] = {0};
+    int i = 0;
+    for (; i + LANES <= n; i += LANES)
+        for (int k = 0; k < LANES; k++)
+            zero[k] += 0 * (scale * x[i + k]);
+    for (; i < n; i++)
+        zero[0] += 0 * (scale * x[i]);
+    return zero[0] + zero[1] + zero[2] + zero[3] == 0;
+}
+
+static double largest_of(int n, const double *x) {
+    double most[LANES] = {0};
+    int i = 0;
+    for (; i + LANES <= n; i += LANES)
+        for (int k = 0; k < LANES; k++)
+            most[k] = nmm_max(most[k], fabs(x[i + k]));
+    for (; i < n; i++)
+        most[0] = nmm_max(most[0], fabs(x[i]));
+    return nmm_max(nmm_max(most[0], most[1]), nmm_max(most[2], most[3]));
+}
+
+static int first_row_not_finite(int n, const double *x) {
+    for (int i = 0; i < n; i++)
+        if (0 * x[i] != 0) return i / 2;
+    return -1;
+}
+
 // f into solver->wide.f, scaled; returns the row of a number that is not finite, or -1.
 static int take_right_hand_side(nmm_solver *s, const double *f) {
-    double largest = 0;
-    for (int i = 0; i < 2 * s->n_row; i++) {
-        if (!(fabs(f[i]) <= 1.7976931348623157e308)) return i / 2;
-        largest = nmm_max(largest, fabs(f[i]));
-    }
+    if (!all_finite(2 * s->n_row, f, 1)) return first_row_not_finite(2 * s->n_row, f);
+    const double largest = largest_of(2 * s->n_row, f);
     frexp(largest, &s->exponent);
     // Kept where 2^exponent and its inverse are ordinary numbers.
     s->exponent = nmm_max_int(-1000, nmm_min_int(s->exponent, 1000));
@@ -542,7 +479,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
     solver->guess_dropped = false;
     memset(solver->state, 0, sizeof *solver->state);
     if (K->n_row > 0 && !(solver->pattern_kept || solver->clusters_found)) {
-        const int row = bad_pattern_row(K, solver->n_block, solver->next);
+        const int row = nmm_solver_bad_row(K, solver->n_block, solver->next);
         if (row >= 0) {
             end_early(solver, report, NMM_SOLVE_BAD_PATTERN, row);
             return NMM_OK;
@@ -580,10 +517,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
 
 static bool write_back(const nmm_solver *s, double *u) {
     const double scale = ldexp(1, s->exponent);
-    double zero = 0;
-    for (int i = 0; i < 2 * s->n; i++)
-        zero += 0 * (scale * s->wide.u[i]);
-    if (zero != 0) return false;
+    if (!all_finite(2 * s->n, s->wide.u, scale)) return false;
     for (int at = 0; at < s->n; at++) {
         const int row = nmm_solver_row(s, at);
         if (row < 0) continue;

@@ -133,6 +133,7 @@ struct nmm_solver {
     bool guess_dropped;        // u = 0 is used instead of the caller's guess
     bool staged;               // the matrix is copied in any case; else only where it is reordered
     bool pattern_kept;         // row_start and col hold what they held in the last solve
+    long pattern;              // 1, 2, ...: another number where it may be another one
     bool clusters_found, parts_found;
     bool dense_made, coarse_made;     // there are values to reuse
     bool dense_new;                   // made for this solve
@@ -157,6 +158,10 @@ nmm_status nmm_solver_own_dense(nmm_context *context, nmm_solver *solver);
 /// Are options and sizes in range?
 nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, const nmm_bsr *K,
                             const nmm_solve_options *options);
+
+/// Row whose columns are not ascending within the matrix, or whose diagonal is elsewhere, or which
+/// has a block on one side only; -1: none. `next`: scratch for all rows.
+int nmm_solver_bad_row(const nmm_bsr *K, int n_block, int *next);
 
 /// For checked options: complete them, choose nothing.
 /// Allocates what they need. `keep_pattern`: what was taken over last still holds.

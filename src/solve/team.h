@@ -31,6 +31,11 @@ static inline int nmm_hand_take(nmm_hand *hand) {
     return atomic_fetch_add_explicit(&hand->team->ticket, 1, memory_order_relaxed) - hand->base;
 }
 
+/// Returns when all threads of the team have called it.
+static inline void nmm_hand_wait(const nmm_hand *hand) {
+    if (hand->n > 1) nmm_barrier_wait(&hand->team->barrier);
+}
+
 static inline void nmm_hand_join(nmm_hand *hand, int n) {
     if (hand->n == 1) {
         hand->base = 0;
@@ -38,7 +43,7 @@ static inline void nmm_hand_join(nmm_hand *hand, int n) {
     }
     // Each thread has taken one ticket too many.
     hand->base += n + hand->n;
-    nmm_barrier_wait(&hand->team->barrier);
+    nmm_hand_wait(hand);
 }
 
 #endif

@@ -40,7 +40,7 @@ static double price_of_run(const nmm_solver *s, const nmm_bsr *K, const nmm_solv
                            bool first) {
     double analysis = 0;
     if (kind_of(report) == DIRECT) {
-        return nmm_direct_work(s->direct, K, &analysis) + (first ? 30.0 * s->n_block : 0);
+        return nmm_direct_work(s, K, &analysis) + (first ? 30.0 * s->n_block : 0);
     }
     return report->iterations * price_of_iteration(s, report->blocks) +
            price_of_setup(s, report->blocks, first, report->setups);

@@ -100,35 +100,48 @@ static void pass_front(const nmm_factor *f, int i, int kind) {
         rest[k] = i;
 }
 
-// What is left of a front stays until its parent takes it, whichever order the parts come in.
+static void pass_part(const nmm_factor *f, const nmm_factor_part *part, int kind) {
+    for (int i = part->first; i < part->end; i++)
+        pass_front(f, i, kind);
+}
+
+// What is left of a front stays until its parent takes it, whichever order the parts come in: as
+// they are numbered, or first those that wait for no others, backwards.
 static void expect_stacks(const nmm_factor *f) {
     for (int kind = 0; kind < 2; kind++) {
         for (int pass = 0; pass < 2; pass++) {
-            for (int k = 0; k < f->n_part; k++) {
-                const nmm_factor_part *part = &f->part[pass == 0 ? k : f->n_part - 1 - k];
-                for (int i = part->first; i < part->end; i++)
-                    pass_front(f, i, kind);
-            }
+            for (int k = f->n_part - 1; pass == 1 && k >= 0; k--)
+                if (f->part[k].n_below == 0) pass_part(f, &f->part[k], kind);
+            for (int k = 0; k < f->n_part; k++)
+                if (pass == 0 || f->part[k].n_below > 0) pass_part(f, &f->part[k], kind);
             for (int k = 0; k < f->n_top; k++)
                 pass_front(f, f->top[k], kind);
         }
     }
 }
 
-// Each front is in one part or in the top; parts are whole subtrees.
+// Each front is in one part or in the top; what leaves a part goes to the one above it or to the
+// top; parts wait for as many as they have below, and come before the one above.
 static void expect_shares(const nmm_factor *f) {
-    int n = f->n_top;
+    int n = f->n_top, n_below = 0, n_above = 0;
     for (int k = 0; k < f->n_part; k++) {
-        n += f->part[k].end - f->part[k].first;
-        assert_true(k == 0 || f->part[k].work <= f->part[k - 1].work);
-        for (int i = f->part[k].first; i < f->part[k].end; i++)
+        const nmm_factor_part *part = &f->part[k];
+        n += part->end - part->first;
+        n_below += part->n_below;
+        n_above += part->above >= 0;
+        assert_true(k == 0 || part->path <= f->part[k - 1].path);
+        assert_true(part->above < 0 || part->above > k);
+        assert_true(part->n_below == 0 || part->end == part->first + 1);
+        for (int i = part->first; i < part->end; i++)
             assert_int_equal(f->front[i].part, k);
     }
+    assert_int_equal(n_below, n_above);
     assert_int_equal(n, f->n_front);
     for (int i = 0; i < f->n_front; i++) {
         const nmm_front *front = &f->front[i];
         const int above = front->parent < 0 ? -1 : f->front[front->parent].part;
-        assert_true(above == -1 || above == front->part);
+        assert_true(above == front->part || front->part < 0 || above == f->part[front->part].above);
+        assert_true(front->part >= 0 || above < 0);
     }
 }
 
