@@ -395,8 +395,8 @@ static void expect_same(const nmm_factor *f, const numbers *a, const numbers *b)
     assert_memory_equal(a->z, b->z, 2 * (size_t)f->n_row * sizeof(double));
 }
 
-// Any kernels on any number of threads: the same bits, or the same row in trouble.
-static void expect_same_bits(fixture *x) {
+// Any kernels on so many threads: the same bits, or the same row in trouble.
+static void expect_same_bits_on(fixture *x, int most_threads) {
     const nmm_factor_kernels *kernels[3];
     const int n = list_kernels(kernels);
     numbers first = {0};
@@ -404,7 +404,7 @@ static void expect_same_bits(fixture *x) {
     make_numbers(x, kernels[0], 1, &first);
     if (first.trouble < 0) assert_true(test_true_residual(&x->system, first.z) < 1e-8);
     for (int k = 0; k < n; k++) {
-        for (int n_thread = 1; n_thread <= 3; n_thread++) {
+        for (int n_thread = 1; n_thread <= most_threads; n_thread += n_thread < 3 ? 1 : 3) {
             numbers other = {0};
             make_numbers(x, kernels[k], n_thread, &other);
             expect_same(&x->factor, &first, &other);
@@ -412,6 +412,18 @@ static void expect_same_bits(fixture *x) {
         }
     }
     release_numbers(x, &first);
+}
+
+static void expect_same_bits(fixture *x) {
+    expect_same_bits_on(x, 3);
+}
+
+// Parts that wait for others.
+static int count_waiting(const nmm_factor *f) {
+    int n = 0;
+    for (int k = 0; k < f->n_part; k++)
+        n += f->part[k].n_below > 0;
+    return n;
 }
 
 static void test_same_bits(void **state) {
@@ -427,8 +439,13 @@ static void test_same_bits(void **state) {
     }
     set_up_rock(&x, 11, 10, 1);
     expect_same_bits(&x);
-    // Large fronts that threads share, and something to share for three.
-    assert_true(x.factor.n_top > 0 && x.factor.n_part > 3);
+    // Something to share for three.
+    assert_true(count_waiting(&x.factor) > 3 && x.factor.n_part > 6);
+    tear_down(&x);
+    // Fronts that threads share, above others that wait.
+    set_up_rock(&x, 16, 15, 1);
+    expect_same_bits_on(&x, 6);
+    assert_true(x.factor.n_top > 2 && count_waiting(&x.factor) > 3);
     tear_down(&x);
     // One front, so large that threads share its columns in the solution as well.
     set_up_random(&x, 260, 40, 17);
@@ -484,24 +501,34 @@ static void test_same_trouble(void **state) {
     }
 }
 
-// The same in fronts that threads share, large and small.
+// A pivot in the middle of this front.
+static void expect_same_trouble_in(fixture *x, int i, int most_threads) {
+    const nmm_front *front = &x->factor.front[i];
+    const int row = x->factor.order[front->first + front->n_pivot / 2];
+    double *d = &x->system.K.value[4 * x->system.K.diagonal[row]];
+    d[0] = -d[0];
+    expect_same_bits_on(x, most_threads);
+    d[0] = -d[0];
+}
+
+// The same in fronts that wait for others, and in those that threads share.
 static void test_same_trouble_at_the_top(void **state) {
     (void)state;
     fixture x;
     set_up_rock(&x, 9, 8, 1);
     analyse(&x);
     share(&x, 3);
-    const int n_top = x.factor.n_top;
-    assert_true(n_top > 2);
-    for (int k = 0; k < n_top; k++) {
+    assert_true(count_waiting(&x.factor) > 8);
+    for (int k = 0; k < x.factor.n_part; k += 3) {
+        expect_same_trouble_in(&x, x.factor.part[k].end - 1, 3);
         share(&x, 3);
-        const nmm_front *front = &x.factor.front[x.factor.top[k]];
-        const int row = x.factor.order[front->first + front->n_pivot / 2];
-        double *d = &x.system.K.value[4 * x.system.K.diagonal[row]];
-        d[0] = -d[0];
-        expect_same_bits(&x);
-        d[0] = -d[0];
     }
+    tear_down(&x);
+    set_up_random(&x, 260, 40, 17);
+    analyse(&x);
+    share(&x, 3);
+    assert_true(x.factor.n_top > 0);
+    expect_same_trouble_in(&x, x.factor.top[x.factor.n_top - 1], 6);
     tear_down(&x);
 }
 
