@@ -24,7 +24,7 @@
 
 // The largest subtree that is not opened, as part of a thread's work; subtrees opened at most, for
 // each thread.
-#define LARGEST (1.0 / 6)
+#define LARGEST (1.0 / 12)
 #define OPENED 16
 
 // Marks of fronts above subtrees until parts are numbered.
