@@ -227,7 +227,8 @@ def paper(folder):
                     [f"{at[step][1]} / {at[step][2]}" for step in shorter])
         for step in reached:
             reached[step] += at[step][2].isdigit()
-    rows.append(["converged", "", "", "", str(reached["own"]), ""] + [str(reached[s]) for s in shorter])
+    rows.append(["plain converges in", "", "", "", str(reached["own"]), ""] +
+                [str(reached[step]) for step in shorter])
     return table(["scene", "unknowns", "its C", "lambda_max", "plain", "damped", "C = 0.3", "C = 0.03",
                   "lumped, C = 0.3", "lumped, C = 0.03"], rows) if found else "Not measured."
 
