@@ -16,6 +16,9 @@
 // Part of the residual allowed at which the iteration ends: what it measures is not the true one.
 #define MARGIN 0.35
 
+// Gain that a round in float32 may ask for.
+#define NARROW_GAIN 1e-5
+
 // Solves that are left out after failures, at most.
 #define LONGEST_PAUSE 64
 
@@ -23,9 +26,11 @@
 #define SINGULAR 1e-14
 
 // Prices in nanoseconds of one core of about 3 GHz, as in choose.c.
-#define PER_BLOCK 0.7  // a 2x2 block in a product, forward and backward
-#define PER_ROW 50.0   // waits for the one before, twice; and its share of directions
-#define PER_LUMP 30.0  // the same for three rows
+#define PER_BLOCK 0.7   // a 2x2 block in a product, forward and backward
+#define PER_ROW 50.0    // waits for the one before, twice; and its share of directions
+#define PER_NARROW 0.22 // the two of lumps, in float32
+#define PER_LUMP 9.0
+#define TAKE_LUMPS 2.0 // by block, once
 #define PER_NUMBER 0.2 // of the factor, twice for each solve with it
 #define PER_FAR 0.6    // the same of a factor with more numbers than CACHE, which lies in memory
 #define CACHE 1e6
@@ -256,13 +261,15 @@ static int minimise(const nmm_solver *s, nmm_gauss *g, int kind, double gain, in
 // Nanoseconds that each kind promises for `gain` orders of magnitude; infinite where it cannot be.
 static void price(const nmm_gauss *g, const nmm_bsr *K, double gain, bool reuse, double *work) {
     const double n_block = K->row_start[K->n_row], n = K->n_row;
-    const double per_row = g->lump == 3 ? PER_LUMP / 3 : PER_ROW;
+    const bool lumps = g->lump == 3;
+    const double sweeps =
+        lumps ? PER_NARROW * n_block + PER_LUMP / 3 * n : PER_BLOCK * n_block + PER_ROW * n;
     const double per_number = g->factor.n_number > CACHE ? PER_FAR : PER_NUMBER;
     const double apply = 2 * per_number * g->factor.n_number;
     double times[NMM_GAUSS_KINDS];
     for (int kind = 0; kind < NMM_GAUSS_KINDS; kind++)
         times[kind] = gain / g->rate[kind];
-    work[NMM_GAUSS_SWEEPS] = times[NMM_GAUSS_SWEEPS] * (PER_BLOCK * n_block + per_row * n);
+    work[NMM_GAUSS_SWEEPS] = (lumps ? TAKE_LUMPS * n_block : 0) + times[NMM_GAUSS_SWEEPS] * sweeps;
     work[NMM_GAUSS_FACTOR] = (FIRST_WORK + ANALYSE / nmm_max_int(2, g->n_kept)) * n_block;
     work[NMM_GAUSS_KEPT] = INFINITY;
     if (!nmm_factor_knows(&g->factor, K)) return;
@@ -316,14 +323,18 @@ static nmm_status prepare(nmm_context *context, nmm_solver *s, nmm_gauss *g, con
 
 // The residual reached, and how many iterations that took.
 static int iterate(nmm_solver *s, nmm_gauss *g, int kind, double *norm) {
+    const bool lumps = by_lumps(g, kind);
+    const int most = lumps ? 2 * NMM_GAUSS_MOST : NMM_GAUSS_MOST;
     int n = 0;
     memset(s->wide.u, 0, 2 * (size_t)s->n * sizeof(double));
     memcpy(s->wide.r, s->wide.f, 2 * (size_t)s->n * sizeof(double));
     *norm = s->norm;
     double before = INFINITY;
-    while (*norm > s->limit && *norm < 0.5 * before && n < NMM_GAUSS_MOST) {
+    while (*norm > s->limit && *norm < 0.5 * before && n < most) {
+        const double gain = MARGIN * s->limit / *norm;
         before = *norm;
-        n += minimise(s, g, kind, MARGIN * s->limit / *norm, NMM_GAUSS_MOST - n);
+        n += minimise(s, g, kind, lumps ? nmm_max(gain, NARROW_GAIN) : gain,
+                      nmm_min_int(most - n, NMM_GAUSS_MOST));
         *norm = true_norm(s, g);
     }
     if (!(*norm < s->norm)) *norm = s->norm;

@@ -14,10 +14,10 @@
 
 void nmm_lumps_destroy(nmm_context *context, nmm_lumps *lumps) {
     void *owned[] = {
-        &lumps->order,        &lumps->place,        &lumps->before_start, &lumps->behind_start,
-        &lumps->before,       &lumps->behind,       &lumps->before_value, &lumps->behind_value,
-        &lumps->inverse,      &lumps->scale,        &lumps->own,          &lumps->term,
-        &lumps->push,         &lumps->pull,
+        &lumps->order,   &lumps->place,  &lumps->before_start, &lumps->behind_start,
+        &lumps->before,  &lumps->behind, &lumps->before_value, &lumps->behind_value,
+        &lumps->inverse, &lumps->scale,  &lumps->own,          &lumps->term,
+        &lumps->push,    &lumps->pull,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);
