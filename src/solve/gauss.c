@@ -167,7 +167,7 @@ static float *narrow(double *x) {
 static void begin_lumps(const nmm_solver *s, nmm_gauss *g) {
     float *t = narrow(g->t), *extra = narrow(g->extra);
     memset(t, 0, 8 * (size_t)g->lumps.n * sizeof *t);
-    nmm_lumps_load(&g->lumps, s->wide.r, extra);
+    g->largest = nmm_lumps_load(&g->lumps, s->wide.r, extra);
     nmm_lumps_fastest()->forward(&g->lumps, t, t, extra, narrow(g->ahead), narrow(g->basis));
 }
 
@@ -184,7 +184,7 @@ static void add_parts_lumps(const nmm_solver *s, nmm_gauss *g, const double *par
     float *sum = narrow(g->ahead), *t = narrow(g->t);
     kernels->combine(narrow(g->basis), m, 8 * (long)g->lumps.n, part, sum);
     kernels->backward(&g->lumps, sum, t);
-    nmm_lumps_add(&g->lumps, t, s->wide.u);
+    nmm_lumps_add(&g->lumps, t, g->largest, s->wide.u);
 }
 
 // --- The iteration
@@ -301,7 +301,7 @@ static void remember(nmm_gauss *g, bool kept) {
 static nmm_status prepare(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
                           int kind, bool *made) {
     if (kind == NMM_GAUSS_SWEEPS) {
-        *made = g->lump == 1 || nmm_lumps_take(&g->lumps, K);
+        *made = g->lump == 1 || nmm_lumps_fastest()->take(&g->lumps, K);
         if (!*made || g->lump == 1) return NMM_OK;
         bool fit = false;
         TRY(nmm_lumps_couple(context, &g->lumps, s->options.coupling, &fit));

@@ -27,6 +27,7 @@ typedef struct nmm_gauss {
     int lump;                  // rows whose diagonal block is inverted as a whole: 1 or 3
     nmm_lumps lumps;           // for 3
     long pattern;              // of which the lumps are, as the solver counts
+    double largest;            // force of the residual at hand, by which those of lumps are divided
     const int *diagonal;       // [n_row] of the matrix at hand
     double *basis;             // [NMM_GAUSS_MOST + 1][n_row][2]; lumps have float32 in all these
     double *t, *ahead, *extra; // [n_row][2]

@@ -128,79 +128,6 @@ nmm_status nmm_lumps_find(nmm_context *context, nmm_lumps *lumps, const nmm_bsr 
     return NMM_OK;
 }
 
-// --- Numbers
-
-// The inverse of a symmetric 6x6 block by Gauss and Jordan, in place; false: not positive definite.
-static bool invert_six(double a[6][6]) {
-    for (int k = 0; k < 6; k++) {
-        const double diagonal = a[k][k];
-        if (!(diagonal > 0)) return false;
-        const double inverse = 1 / diagonal;
-        for (int j = 0; j < 6; j++)
-            a[k][j] *= inverse;
-        a[k][k] = inverse;
-        for (int i = 0; i < 6; i++) {
-            if (i == k) continue;
-            const double factor = a[i][k];
-            a[i][k] = 0;
-            for (int j = 0; j < 6; j++)
-                a[i][j] -= factor * a[k][j];
-        }
-    }
-    return true;
-}
-
-// A power of two whose square times x is 0.5 .. 4; x > 0, the exponent is read from the bits.
-static double scale_of(double x) {
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    const int exponent = (int)(bits >> 52 & 0x7ff) - 1023;
-    bits = (uint64_t)(1023 - exponent / 2) << 52;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static bool same_numbers(const double *a, const double *b, int n) {
-    for (int i = 0; i < n; i++)
-        if (a[i] != b[i]) return false;
-    return true;
-}
-
-// The inverse of the diagonal block of lump i and its scale.
-static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, int i) {
-    double a[6][6], *kept = lumps->own + 36 * (long)i, *scale = lumps->scale + 8 * (long)i;
-    for (int r = 0; r < 3; r++) {
-        const double *block = K->value + 4 * (long)(K->diagonal[3 * lumps->order[i] + r] - r);
-        for (int j = 0; j < 12; j++)
-            a[2 * r + j / 2 % 2][2 * (j / 4) + j % 2] = block[j];
-    }
-    // Most bodies have the block that they had in the pass before.
-    if (same_numbers(a[0], kept, 36)) return true;
-    memcpy(kept, a, sizeof a);
-    for (int j = 0; j < 6; j++)
-        scale[j] = scale_of(a[j][j]);
-    for (int j = 0; j < 36; j++)
-        a[j / 6][j % 6] *= scale[j / 6] * scale[j % 6];
-    if (!invert_six(a)) {
-        memset(kept, 0, sizeof a);
-        return false;
-    }
-    float *column = lumps->inverse + 48 * (long)i;
-    for (int j = 0; j < 6; j++) {
-        for (int r = 0; r < 6; r++)
-            column[8 * j + r] = (float)a[r][j];
-        column[8 * j + 6] = column[8 * j + 7] = 0;
-    }
-    return true;
-}
-
-bool nmm_lumps_take(nmm_lumps *lumps, const nmm_bsr *K) {
-    for (int i = 0; i < lumps->n; i++)
-        if (!take_diagonal(lumps, K, i)) return false;
-    nmm_lumps_fastest()->take(lumps, K);
-    return true;
-}
-
 // --- Terms and vectors
 
 // Half of a term: push and pull of three rows, which have to be those of a lump; where both are
@@ -239,21 +166,28 @@ nmm_status nmm_lumps_couple(nmm_context *context, nmm_lumps *lumps, const nmm_co
     return NMM_OK;
 }
 
-void nmm_lumps_load(const nmm_lumps *lumps, const double *x, float *y) {
+double nmm_lumps_load(const nmm_lumps *lumps, const double *x, float *y) {
+    double largest = 0;
+    for (int i = 0; i < lumps->n; i++)
+        for (int j = 0; j < 6; j++)
+            largest = nmm_max(
+                largest, fabs(lumps->scale[8 * (long)i + j] * x[6 * (long)lumps->order[i] + j]));
+    const double factor = largest > 0 ? 1 / largest : 0;
     for (int i = 0; i < lumps->n; i++) {
         const double *from = x + 6 * (long)lumps->order[i], *scale = lumps->scale + 8 * (long)i;
         float *to = y + 8 * (long)i;
         for (int j = 0; j < 6; j++)
-            to[j] = (float)(scale[j] * from[j]);
+            to[j] = (float)(factor * (scale[j] * from[j]));
         to[6] = to[7] = 0;
     }
+    return largest;
 }
 
-void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double *x) {
+void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double factor, double *x) {
     for (int i = 0; i < lumps->n; i++) {
         double *to = x + 6 * (long)lumps->order[i];
         for (int j = 0; j < 6; j++)
-            to[j] += lumps->scale[8 * (long)i + j] * y[8 * (long)i + j];
+            to[j] += factor * (lumps->scale[8 * (long)i + j] * y[8 * (long)i + j]);
     }
 }
 

@@ -39,21 +39,19 @@ void nmm_lumps_destroy(nmm_context *context, nmm_lumps *lumps);
 nmm_status nmm_lumps_find(nmm_context *context, nmm_lumps *lumps, const nmm_bsr *K,
                           const int *body);
 
-/// Takes the terms; *fit is false where one has other rows than those of two lumps.
+/// Takes the terms, once the numbers are taken; *fit is false where one has other rows than those
+/// of two lumps.
 nmm_status nmm_lumps_couple(nmm_context *context, nmm_lumps *lumps, const nmm_coupling *coupling,
                             bool *fit);
 
-/// Takes the numbers; false: a diagonal block is not positive definite. To be called before
-/// nmm_lumps_couple, which needs the scale.
-bool nmm_lumps_take(nmm_lumps *lumps, const nmm_bsr *K);
-
-/// x [n_row][2] times the scale, in the order of the waves; and the way back, added to x.
-void nmm_lumps_load(const nmm_lumps *lumps, const double *x, float *y);
-void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double *x);
+/// Forces x [n_row][2] over the largest of them, scaled, which is returned; and displacements y
+/// times a factor, added to x.
+double nmm_lumps_load(const nmm_lumps *lumps, const double *x, float *y);
+void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double factor, double *x);
 
 typedef struct nmm_lumps_kernels {
-    /// The blocks beside the diagonal of K.
-    void (*take)(nmm_lumps *lumps, const nmm_bsr *K);
+    /// Takes the numbers; false: a diagonal block is not positive definite.
+    bool (*take)(nmm_lumps *lumps, const nmm_bsr *K);
     /// t = (D + U)^-1 D v.
     void (*backward)(const nmm_lumps *lumps, const float *v, float *t);
     /// y = (D + L)^-1 (K t + extra) for t = (D + U)^-1 D v; `ahead` becomes y - t.

@@ -23,6 +23,92 @@ typedef float lanes_there __attribute__((vector_size(32), aligned(4), may_alias)
 #define AT(x) (*(lanes_there *)(x))
 #define LOAD(x) (*(const lanes_there *)(x))
 
+// --- Diagonal blocks
+
+// One pivot of Gauss and Jordan on a 6x6 block, rows of 8 in registers: as long as k is a constant.
+// The pivot's column becomes that of the inverse.
+static inline __attribute__((always_inline)) bool eliminate(wide_lanes row[6][2], int k) {
+    const wide_lanes zero = {0, 0, 0, 0};
+    const int h = k / 4, c = k % 4;
+    const double diagonal = row[k][h][c], inverse = 1 / diagonal;
+    row[k][h][c] = 1;
+    row[k][0] *= inverse;
+    row[k][1] *= inverse;
+    for (int i = 0; i < 6; i++) {
+        if (i == k) continue;
+        const wide_lanes factor = row[i][h][c] - zero;
+        row[i][h][c] = 0;
+        row[i][0] -= factor * row[k][0];
+        row[i][1] -= factor * row[k][1];
+    }
+    return diagonal > 0;
+}
+
+// The inverse of a symmetric block in place; false: not positive definite.
+static inline __attribute__((always_inline)) bool invert_six(wide_lanes row[6][2]) {
+    return eliminate(row, 0) && eliminate(row, 1) && eliminate(row, 2) && eliminate(row, 3) &&
+           eliminate(row, 4) && eliminate(row, 5);
+}
+
+// A power of two whose square times x is 0.5 .. 4; x > 0, the exponent is read from the bits.
+static double scale_of(double x) {
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    const int exponent = (int)(bits >> 52 & 0x7ff) - 1023;
+    bits = (uint64_t)(1023 - exponent / 2) << 52;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+// Is the diagonal block what it was? Most bodies have the one of the pass before.
+static bool same_diagonal(wide_lanes block[3][3], const double *kept) {
+    wide_lanes other = {0};
+    for (int j = 0; j < 9; j++) {
+        wide_lanes old;
+        memcpy(&old, kept + 4 * j, sizeof old);
+        const wide_lanes change = block[j / 3][j % 3] - old;
+        other += change * change;
+    }
+    return other[0] + other[1] + other[2] + other[3] == 0;
+}
+
+// The inverse of the diagonal block of lump i and its scale.
+static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, int i) {
+    const wide_lanes zero = {0, 0, 0, 0};
+    double *kept = lumps->own + 36 * (long)i, *scale = lumps->scale + 8 * (long)i;
+    wide_lanes block[3][3], row[6][2];
+    for (int r = 0; r < 3; r++)
+        memcpy(block[r], K->value + 4 * (long)(K->diagonal[3 * lumps->order[i] + r] - r),
+               sizeof block[r]);
+    if (same_diagonal(block, kept)) return true;
+    memcpy(kept, block, sizeof block);
+    for (int r = 0; r < 3; r++) {
+        scale[2 * r] = scale_of(block[r][r][0]);
+        scale[2 * r + 1] = scale_of(block[r][r][3]);
+    }
+    const wide_lanes left = {scale[0], scale[1], scale[2], scale[3]};
+    const wide_lanes right = {scale[4], scale[5], 0, 0};
+    for (int r = 0; r < 3; r++) {
+        const wide_lanes *b = block[r];
+        const double upper = scale[2 * r], lower = scale[2 * r + 1];
+        row[2 * r][0] = upper * left * __builtin_shufflevector(b[0], b[1], 0, 1, 4, 5);
+        row[2 * r][1] = upper * right * __builtin_shufflevector(b[2], zero, 0, 1, 4, 5);
+        row[2 * r + 1][0] = lower * left * __builtin_shufflevector(b[0], b[1], 2, 3, 6, 7);
+        row[2 * r + 1][1] = lower * right * __builtin_shufflevector(b[2], zero, 2, 3, 4, 5);
+    }
+    if (!invert_six(row)) {
+        memset(kept, 0, sizeof block);
+        return false;
+    }
+    // As symmetric as it was but for rounding: rows serve as columns.
+    for (int r = 0; r < 6; r++) {
+        const four_lanes column[2] = {__builtin_convertvector(row[r][0], four_lanes),
+                                      __builtin_convertvector(row[r][1], four_lanes)};
+        memcpy(lumps->inverse + 48 * (long)i + 8 * r, column, sizeof column);
+    }
+    return true;
+}
+
 // --- The matrix
 
 // Three 2x2 blocks of the rows of a lump in one column of blocks, scaled: two columns of six.
@@ -57,7 +143,7 @@ static inline void take_block(const double *const row[3], const double *scale, c
     }
 }
 
-static void take(nmm_lumps *lumps, const nmm_bsr *K) {
+static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
     for (int i = 0; i < lumps->n; i++) {
         const int row = 3 * lumps->order[i];
         const long length = K->row_start[row + 1] - K->row_start[row];
@@ -77,6 +163,13 @@ static void take(nmm_lumps *lumps, const nmm_bsr *K) {
                        lumps->behind_value + 48 * (long)k);
         }
     }
+}
+
+static bool take(nmm_lumps *lumps, const nmm_bsr *K) {
+    for (int i = 0; i < lumps->n; i++)
+        if (!take_diagonal(lumps, K, i)) return false;
+    take_blocks(lumps, K);
+    return true;
 }
 
 // --- Sweeps

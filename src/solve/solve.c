@@ -326,24 +326,17 @@ static int bad_pattern_row(const nmm_bsr *K, int n_block, int *next) {
     return one_sided_row(K, next);
 }
 
-// Sum of 0 * x over the blocks of a row: 0, or NaN when one number is not finite. Four sums at a
-// time: each addition waits for the one before.
+// Sum of 0 * x over the blocks of a row: 0, or NaN when one number is not finite.
 static double not_finite(const nmm_bsr *K, int row) {
-    typedef double pair __attribute__((vector_size(16)));
-    pair sum[4] = {{0}};
-    const double *v = K->value + 4 * (long)K->row_start[row];
-    const double *const end = K->value + 4 * (long)K->row_start[row + 1];
-    for (; v + 8 <= end; v += 8) {
-        pair x[4];
-        memcpy(x, v, sizeof x);
-        for (int k = 0; k < 4; k++)
-            sum[k] += 0 * x[k];
+    double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
+    for (int k = K->row_start[row]; k < K->row_start[row + 1]; k++) {
+        const double *v = K->value + 4 * (long)k;
+        s0 += 0 * v[0];
+        s1 += 0 * v[1];
+        s2 += 0 * v[2];
+        s3 += 0 * v[3];
     }
-    double rest = 0;
-    for (; v < end; v++)
-        rest += 0 * *v;
-    const pair all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
-    return (all[0] + all[1]) + rest;
+    return (s0 + s1) + (s2 + s3);
 }
 
 // Inverse of a block by two pivots, so that no product over- or underflows; false: not positive.
