@@ -31,6 +31,7 @@
 #define PER_NARROW 0.22 // the two of lumps, in float32
 #define PER_LUMP 9.0
 #define TAKE_LUMPS 2.0 // by block, once
+#define LESS_EXACT 8e3 // next to a factor, which leaves nothing, for the passes that this saves
 #define PER_NUMBER 0.2 // of the factor, twice for each solve with it
 #define PER_FAR 0.6    // the same of a factor with more numbers than CACHE, which lies in memory
 #define CACHE 1e6
@@ -269,7 +270,8 @@ static void price(const nmm_gauss *g, const nmm_bsr *K, double gain, bool reuse,
     double times[NMM_GAUSS_KINDS];
     for (int kind = 0; kind < NMM_GAUSS_KINDS; kind++)
         times[kind] = gain / g->rate[kind];
-    work[NMM_GAUSS_SWEEPS] = (lumps ? TAKE_LUMPS * n_block : 0) + times[NMM_GAUSS_SWEEPS] * sweeps;
+    work[NMM_GAUSS_SWEEPS] = times[NMM_GAUSS_SWEEPS] * sweeps;
+    if (lumps) work[NMM_GAUSS_SWEEPS] += TAKE_LUMPS * n_block + LESS_EXACT;
     work[NMM_GAUSS_FACTOR] = (FIRST_WORK + ANALYSE / nmm_max_int(2, g->n_kept)) * n_block;
     work[NMM_GAUSS_KEPT] = INFINITY;
     if (!nmm_factor_knows(&g->factor, K)) return;
