@@ -33,6 +33,7 @@ static void restore_start(nmm_sim *sim) {
     nmm_state *state = &sim->state;
     const size_t pair = 2 * sizeof(double);
     memcpy(state->displacement, sim->start_displacement, (size_t)model->n_cover * pair);
+    memcpy(state->position, sim->start_position, (size_t)model->n_point * pair);
     if (model->n_support > 0) {
         memcpy(state->support_force, sim->start_support, (size_t)model->n_support * pair);
     }

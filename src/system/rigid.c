@@ -10,6 +10,8 @@
 
 #include "system.h"
 
+#include <math.h>
+
 // Stiffness per length at least, as a multiple of the modulus of a confined body over the size.
 #define LEAST 10.0
 
@@ -95,6 +97,19 @@ static void limit_carried(nmm_contact *contact) {
     contact->carried_shear *= contact->carried_normal / carried;
 }
 
+// The first long step after short ones: what gave way in their springs has been gone, and carried
+// forces, which know no energy, must not take it back.
+static void forget_slip(const nmm_model *model, const nmm_state *state, nmm_contact *contact) {
+    const double *p = state->position + 2 * (long)model->vertex_point[contact->edge];
+    const double *q =
+        state->position + 2 * (long)model->vertex_point[model->vertex_next[contact->edge]];
+    const nmm_vec2 along = {q[0] - p[0], q[1] - p[1]};
+    if (contact->mode == NMM_CONTACT_OPEN) return;
+    contact->carried_shear = contact->shear_force;
+    contact->anchor += contact->slip / sqrt(nmm_vec2_dot(along, along));
+    contact->slip = 0;
+}
+
 static double confined_modulus(const nmm_system *system, const nmm_model *model, int edge) {
     const nmm_elastic *elastic =
         &system->elastic[model->element_material[model->edge_element[edge]]];
@@ -123,7 +138,9 @@ bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_st
         // Between what is held there is nothing to hold.
         if (!(all.elastic > 0)) continue;
         const double least = least_stiffness(system, model, contact);
+        const bool was_hasty = contact->hasty;
         contact->hasty = inertia * all.elastic > SLOW * all.inertial;
+        if (was_hasty && !contact->hasty) forget_slip(model, state, contact);
         const bool softened = gentle && !contact->hasty;
         const double own[2] = {softened ? 0 : contact->normal_stiffness,
                                softened ? 0 : contact->shear_stiffness};
