@@ -14,6 +14,9 @@
 
 // Stiffness per length at least, as a multiple of the modulus of a confined body over the size.
 #define LEAST 10.0
+#ifndef CROWDED
+#define CROWDED 100.0
+#endif
 
 // Inertia over that stiffness, up to which a step is slow.
 #define SLOW 0.01
@@ -97,17 +100,29 @@ static void limit_carried(nmm_contact *contact) {
     contact->carried_shear *= contact->carried_normal / carried;
 }
 
-// The first long step after short ones: what gave way in their springs has been gone, and carried
-// forces, which know no energy, must not take it back.
-static void forget_slip(const nmm_model *model, const nmm_state *state, nmm_contact *contact) {
+// The slip becomes another one without work: the anchor follows.
+static void put_slip(const nmm_model *model, const nmm_state *state, nmm_contact *contact,
+                     double slip) {
     const double *p = state->position + 2 * (long)model->vertex_point[contact->edge];
     const double *q =
         state->position + 2 * (long)model->vertex_point[model->vertex_next[contact->edge]];
     const nmm_vec2 along = {q[0] - p[0], q[1] - p[1]};
+    contact->anchor += (contact->slip - slip) / sqrt(nmm_vec2_dot(along, along));
+    contact->slip = slip;
+}
+
+// After a short step springs hold forces. Stiffer ones hold the same by less of a way: else they
+// would do a work that nothing has stored. And what gave way along the edge has been gone: carried
+// forces, which know no energy, must not take it back.
+static void keep_forces(const nmm_model *model, const nmm_state *state, nmm_contact *contact) {
     if (contact->mode == NMM_CONTACT_OPEN) return;
-    contact->carried_shear = contact->shear_force;
-    contact->anchor += contact->slip / sqrt(nmm_vec2_dot(along, along));
-    contact->slip = 0;
+    const double overlap =
+        (contact->carried_normal - contact->normal_force) / contact->normal_stiffness;
+    if (overlap < 0 && contact->gap - contact->rest < overlap)
+        contact->rest = contact->gap - overlap;
+    if (!contact->hasty) contact->carried_shear = contact->shear_force;
+    const double slip = (contact->carried_shear - contact->shear_force) / contact->shear_stiffness;
+    if (fabs(slip) < fabs(contact->slip)) put_slip(model, state, contact, slip);
 }
 
 static double confined_modulus(const nmm_system *system, const nmm_model *model, int edge) {
@@ -125,10 +140,23 @@ static double least_stiffness(const nmm_system *system, const nmm_model *model,
     return LEAST * both * contact->spring_length / model->size;
 }
 
+// Pressure of all closed contacts together [N/m].
+static double mean_pressure(const nmm_state *state) {
+    double force = 0, length = 0;
+    for (int k = 0; k < state->n_contact; k++) {
+        const nmm_contact *contact = &state->contact[k];
+        if (contact->mode == NMM_CONTACT_OPEN || !(contact->normal_force > 0)) continue;
+        force += contact->normal_force;
+        length += contact->spring_length;
+    }
+    return length > 0 ? force / length : 0;
+}
+
 bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
                         double h, bool gentle) {
     bool stiff = false;
     if (system->cover_give == NULL) return stiff;
+    const double most = CROWDED * mean_pressure(state);
     const double inertia = 2 / (h * h) + 2 * system->damping / h;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *contact = &state->contact[k];
@@ -137,16 +165,19 @@ bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_st
         add_give(system, model, contact->edge, nmm_max(0, nmm_min(1, contact->anchor)), &all);
         // Between what is held there is nothing to hold.
         if (!(all.elastic > 0)) continue;
-        const double least = least_stiffness(system, model, contact);
+        const double pressure = contact->normal_force / contact->spring_length;
+        const double crowd =
+            most > 0 && contact->mode != NMM_CONTACT_OPEN ? nmm_max(1, pressure / most) : 1;
+        const double least = crowd * least_stiffness(system, model, contact);
         const bool was_hasty = contact->hasty;
         contact->hasty = inertia * all.elastic > SLOW * all.inertial;
-        if (was_hasty && !contact->hasty) forget_slip(model, state, contact);
         const bool softened = gentle && !contact->hasty;
-        const double own[2] = {softened ? 0 : contact->normal_stiffness,
-                               softened ? 0 : contact->shear_stiffness};
+        const double own[2] = {softened ? 0 : crowd * contact->normal_stiffness,
+                               softened ? 0 : crowd * contact->shear_stiffness};
         stiff |= !contact->hasty && own[0] > least;
         contact->normal_stiffness = nmm_max(own[0], least);
         contact->shear_stiffness = nmm_max(own[1], least / 2.5);
+        if (was_hasty) keep_forces(model, state, contact);
         if (contact->hasty) limit_carried(contact);
         contact->force_before = contact->normal_force;
     }
