@@ -14,9 +14,11 @@
 
 // Stiffness per length at least, as a multiple of the modulus of a confined body over the size.
 #define LEAST 10.0
-#ifndef CROWDED
-#define CROWDED 100.0
-#endif
+
+// Contacts of lengths below this part of the size, or this multiple of their overlap, stand for
+// nothing but a crossing of joints.
+#define SHORT 1e-5
+#define DEEP 10.0
 
 // Inertia over that stiffness, up to which a step is slow.
 #define SLOW 0.01
@@ -140,23 +142,18 @@ static double least_stiffness(const nmm_system *system, const nmm_model *model,
     return LEAST * both * contact->spring_length / model->size;
 }
 
-// Pressure of all closed contacts together [N/m].
-static double mean_pressure(const nmm_state *state) {
-    double force = 0, length = 0;
-    for (int k = 0; k < state->n_contact; k++) {
-        const nmm_contact *contact = &state->contact[k];
-        if (contact->mode == NMM_CONTACT_OPEN || !(contact->normal_force > 0)) continue;
-        force += contact->normal_force;
-        length += contact->spring_length;
-    }
-    return length > 0 ? force / length : 0;
+// Where joints cross, the blocks across share no more than a rounding or what they overlap by. To
+// keep such places apart for certain asks for forces of any size, one against the other; as in the
+// penalty method, springs in proportion to the length are enough.
+static bool is_crossing(const nmm_model *model, const nmm_contact *contact) {
+    const double overlap = fabs(contact->gap - contact->rest);
+    return contact->spring_length < nmm_max(SHORT * model->size, DEEP * overlap);
 }
 
 bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
-                        double h, bool gentle) {
+                        double h, bool gentle, bool rests) {
     bool stiff = false;
     if (system->cover_give == NULL) return stiff;
-    const double most = CROWDED * mean_pressure(state);
     const double inertia = 2 / (h * h) + 2 * system->damping / h;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *contact = &state->contact[k];
@@ -165,19 +162,17 @@ bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_st
         add_give(system, model, contact->edge, nmm_max(0, nmm_min(1, contact->anchor)), &all);
         // Between what is held there is nothing to hold.
         if (!(all.elastic > 0)) continue;
-        const double pressure = contact->normal_force / contact->spring_length;
-        const double crowd =
-            most > 0 && contact->mode != NMM_CONTACT_OPEN ? nmm_max(1, pressure / most) : 1;
-        const double least = crowd * least_stiffness(system, model, contact);
+        const double least = least_stiffness(system, model, contact);
         const bool was_hasty = contact->hasty;
-        contact->hasty = inertia * all.elastic > SLOW * all.inertial;
+        contact->hasty =
+            inertia * all.elastic > SLOW * all.inertial || is_crossing(model, contact);
         const bool softened = gentle && !contact->hasty;
-        const double own[2] = {softened ? 0 : crowd * contact->normal_stiffness,
-                               softened ? 0 : crowd * contact->shear_stiffness};
+        const double own[2] = {softened ? 0 : contact->normal_stiffness,
+                               softened ? 0 : contact->shear_stiffness};
         stiff |= !contact->hasty && own[0] > least;
         contact->normal_stiffness = nmm_max(own[0], least);
         contact->shear_stiffness = nmm_max(own[1], least / 2.5);
-        if (was_hasty) keep_forces(model, state, contact);
+        if (was_hasty && !rests) keep_forces(model, state, contact);
         if (contact->hasty) limit_carried(contact);
         contact->force_before = contact->normal_force;
     }

@@ -213,7 +213,7 @@ typedef enum nmm_couples_change {
 /// penalty. Returns whether some have.
 nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model);
 bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
-                        double h, bool gentle);
+                        double h, bool gentle, bool rests);
 
 /// The inside of nmm_system_pattern: contacts by couple, by vertex and by edge.
 nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const nmm_model *model);
