@@ -5,8 +5,8 @@
 // at least, whatever penalty the scene gives. It goes by the length that a contact stands for, as
 // the penalty does: else a uniform pressure would bring forces about that are far from uniform. In
 // short steps inertia is stiffer than any spring: carried forces would follow slowly, and do work
-// that nothing has stored. There they stay as they are. Equation (5.14) of
-// docs/theory/5-contact.md.
+// that nothing has stored. There they stay as they are, and so they do where joints cross. Equation
+// (5.14) of docs/theory/5-contact.md.
 
 #include "system.h"
 
@@ -164,8 +164,7 @@ bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_st
         if (!(all.elastic > 0)) continue;
         const double least = least_stiffness(system, model, contact);
         const bool was_hasty = contact->hasty;
-        contact->hasty =
-            inertia * all.elastic > SLOW * all.inertial || is_crossing(model, contact);
+        contact->hasty = inertia * all.elastic > SLOW * all.inertial || is_crossing(model, contact);
         const bool softened = gentle && !contact->hasty;
         const double own[2] = {softened ? 0 : contact->normal_stiffness,
                                softened ? 0 : contact->shear_stiffness};
