@@ -386,9 +386,10 @@ static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const n
     s->guess_norm = s->norm;
     nmm_solver_finish(s, norm, u, report);
     static const char *const why[NMM_GAUSS_KINDS] = {
-        [NMM_GAUSS_SWEEPS] = "Gauss-Seidel sweeps promise the least work",
-        [NMM_GAUSS_FACTOR] = "a direct solve promises the least work",
-        [NMM_GAUSS_KEPT] = "the factor of an earlier pass promises the least work",
+        [NMM_GAUSS_SWEEPS] = "minimal residuals with Gauss-Seidel sweeps promise the least work",
+        [NMM_GAUSS_FACTOR] = "minimal residuals with a new factor promise the least work",
+        [NMM_GAUSS_KEPT] =
+            "minimal residuals with the factor of an earlier pass promise the least work",
     };
     report->method = kind == NMM_GAUSS_SWEEPS ? NMM_SOLVE_PCG : NMM_SOLVE_DIRECT;
     report->why = why[kind];

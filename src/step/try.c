@@ -212,7 +212,7 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
             ? nmm_nearby_solve(&sim->context, &sim->nearby, system, &sim->state, &options, report)
             : solve_all(sim, &options, report));
     nmm_balance_take_weights(&sim->balance, system, &sim->model);
-    nmm_solves_count(&sim->summary, report);
+    nmm_solves_count(sim, report);
     sim->report.solver_iterations += report->iterations;
     nmm_sim_clock(sim, &sim->summary.phase_seconds.solve);
     return NMM_OK;
