@@ -122,11 +122,12 @@ static void print_steps(const nmm_summary *s) {
     printf("  %ld steps to %.6g s in %.3g s of wall time; %ld shortened; %.2f open-close passes a "
            "step\n",
            s->steps, s->time, s->wall_seconds, s->dt_cuts, s->open_close_iterations / steps);
-    printf(
-        "  solver %s on %s, %s precision: %ld solves, %.1f iterations each, %ld failed; up to %d "
-        "thread%s\n",
-        s->method, s->device, s->precision, s->solves, s->iterations / solves, s->failed,
-        s->solve_threads, s->solve_threads > 1 ? "s" : "");
+    printf("  solver %s on %s, %s precision: %ld solves, %.1f iterations each, %ld failed",
+           s->method, s->device, s->precision, s->solves, s->iterations / solves, s->failed);
+    // Run files of before do not know.
+    if (s->solve_threads > 0)
+        printf("; up to %d thread%s", s->solve_threads, s->solve_threads > 1 ? "s" : "");
+    printf("\n");
     print_solves(s);
     if (s->transfers > 0) {
         printf("  %ld transfers to and from the device, %.3g MB\n", s->transfers,
