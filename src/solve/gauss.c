@@ -9,6 +9,8 @@
 
 #include "gauss.h"
 
+#include "direct.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -28,8 +30,7 @@
 #define PER_NUMBER 0.2 // of the factor, twice for each solve with it
 #define PER_FAR 0.6    // the same of a factor with more numbers than CACHE, which lies in memory
 #define CACHE 1e6
-#define ANALYSE 30.0    // by block
-#define FIRST_WORK 10.0 // of a factor not known yet, by block
+#define ANALYSE 30.0 // by block
 
 // Work of a factor from which on threads share it.
 #define LEAST_SHARED 1e6
@@ -279,7 +280,10 @@ static double work_of(const nmm_gauss *g, const nmm_bsr *K, int kind, double ite
     if (kind == NMM_GAUSS_SWEEPS) return iterations * (PER_BLOCK * n_block + per_row * n);
     if (kind == NMM_GAUSS_KEPT) return (apply + PER_BLOCK * n_block) * (1 + iterations);
     if (nmm_factor_knows(&g->factor, K)) return g->factor.work + apply * (1 + iterations);
-    return (FIRST_WORK + ANALYSE / nmm_max_int(2, g->n_kept)) * n_block;
+    // Not known yet: what a direct solve of such a size is thought to take.
+    double analysis = 0;
+    const double work = nmm_direct_work(NULL, K, &analysis);
+    return work + analysis / nmm_max_int(2, g->n_kept);
 }
 
 // What each kind promises for `gain` orders of magnitude; infinite where it cannot be.
