@@ -380,6 +380,7 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
                       options->precision != NMM_PRECISION_MIXED;
     report->coupled = false;
     double in_vain = 0;
+    solver->pattern += !keep_pattern || solver->pattern == 0;
     if (options->coupling != NULL && free && !solver->staged) {
         TRY(nmm_gauss_solve(context, solver, K, f, u, keep_pattern, options, report));
         in_vain = solver->gauss->work;
