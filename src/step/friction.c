@@ -19,11 +19,14 @@
 enum { FIRST_WAIT = 3, APART_WAIT = 20, SHORT_WAIT = 60, LONG_WAIT = 180 };
 
 // What another way gained in a pair of steps, from -1 to 1: on average above the first it is taken,
-// below the second the next trial waits long. Works of 0.82 and of 1.25 to one. And the sum over
+// below the second the next trial waits long: works of 0.82 and of 1.25 to one. And the sum over
 // pairs below which a trial is cut short.
 #define BETTER 0.1
 #define WORSE (-0.11)
 #define IN_VAIN (-0.22)
+
+// At most of a pair.
+#define MOST 0.25
 
 // Steps of a trial, in pairs and by turns that leave out what grows evenly; true: the other way.
 static const bool turn[] = {false, true, true, false, true, false, false, true};
@@ -45,12 +48,13 @@ void nmm_friction_pass(nmm_friction *friction, int n_row, double work, bool slid
     friction->slides = friction->slides || slides;
 }
 
-// A step of a trial has ended. Each pair counts alike, however much one step has to do.
+// A step of a trial has ended. A pair counts no more than another, however hard one step was.
 static void take_note(nmm_friction *friction) {
     friction->pair[turn[friction->tried]] = friction->work;
     friction->tried += 1;
     const double *pair = friction->pair, both = pair[0] + pair[1];
-    if (friction->tried % 2 == 0 && both > 0) friction->gain += (pair[0] - pair[1]) / both;
+    if (friction->tried % 2 == 1 || !(both > 0)) return;
+    friction->gain += nmm_max(-MOST, nmm_min((pair[0] - pair[1]) / both, MOST));
 }
 
 // After a pair: is the trial over, and is the other way to be the usual one?
