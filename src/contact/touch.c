@@ -123,12 +123,12 @@ typedef struct interval_end {
 } interval_end;
 
 // Of two ends at one place: does `u` stand for both? The one on the side of the middle of all does;
-// what the mesh numbers first must not matter. Where the middle is on the line itself the block
-// that was listed first has it.
+// what the mesh numbers first must not matter. Two edges that lean have a line between them, whose
+// sides are theirs. Where the middle is on it the block that was listed first has it.
 static bool comes_first(const nmm_narrowing *now, const interval_end *end) {
-    const nmm_edge_line *e = line_of(now, end->e);
+    const nmm_vec2 from_f = nmm_vec2_sub(line_of(now, end->e)->n, line_of(now, end->f)->n);
     const nmm_vec2 way = nmm_vec2_sub(now->middle, line_of(now, end->u)->p);
-    const double off = nmm_vec2_dot(e->n, way), far = sqrt(nmm_vec2_dot(way, way));
+    const double off = 0.5 * nmm_vec2_dot(from_f, way), far = sqrt(nmm_vec2_dot(way, way));
     if (fabs(off) > NMM_EQUAL * far) return off > 0;
     const int of_u = now->model->vertex_block[end->u], of_w = now->model->vertex_block[end->w];
     return of_u != of_w ? of_u < of_w : end->u < end->w;
