@@ -7,6 +7,7 @@
 
 #include "search.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -115,11 +116,17 @@ static nmm_vec2 reference_middle(const nmm_model *model, int e) {
     return (nmm_vec2){0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])};
 }
 
+// What is thinner may be so by rounding: places have as few digits as the scene's coordinates.
+static double least_thickness(const nmm_model *model) {
+    const double far = nmm_max(fabs(model->origin.x), fabs(model->origin.y));
+    return nmm_max(NMM_EXACT * model->size, 64 * DBL_EPSILON * far);
+}
+
 // Is each behind the other: the two sides of something thin, a wedge between two joints say? They
 // see the same material, not each other.
 static bool back_to_back(const nmm_model *model, int a, int b, nmm_vec2 of_a, nmm_vec2 of_b) {
     const nmm_vec2 way = nmm_vec2_sub(reference_middle(model, b), reference_middle(model, a));
-    const double thin = NMM_EXACT * model->size;
+    const double thin = least_thickness(model);
     return nmm_vec2_cross(way, of_a) < -thin && nmm_vec2_cross(way, of_b) > thin;
 }
 
