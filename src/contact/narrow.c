@@ -129,9 +129,9 @@ static bool is_nearer_in_line(const nmm_narrowing *now, const nmm_raw *other, co
     return in_line && own->beyond - other->beyond > NMM_EXACT * now->model->size;
 }
 
-// Which of two that exclude each other: the one in front of its edge, of two in line the nearer one,
-// the one that was pressed, the one with the smaller overlap; of equal ones that of a whole side,
-// the one that faces the corner more.
+// Which of two that exclude each other: the one in front of its edge, of two in line the nearer
+// one, the one that was pressed, the one with the smaller overlap; of equal ones that of a whole
+// side, the one that faces the corner more.
 static bool is_better(const nmm_narrowing *now, const nmm_raw *other, const nmm_raw *own) {
     const nmm_last_list *last = &now->last;
     const double unit = NMM_EXACT * now->model->size;

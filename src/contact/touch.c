@@ -149,9 +149,8 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
         const double had_w = last_length(now, end->w, end->f);
         if (had_u != had_w) take_u = had_u > had_w;
     }
-    const candidate c = take_u
-                            ? (candidate){end->u, end->e, end->gap_u, room, end->probe_u, true}
-                            : (candidate){end->w, end->f, end->gap_w, room, end->probe_w, true};
+    const candidate c = take_u ? (candidate){end->u, end->e, end->gap_u, room, end->probe_u, true}
+                               : (candidate){end->w, end->f, end->gap_w, room, end->probe_w, true};
     const int facing = take_u ? end->f : end->e;
     add_raw(now, &c,
             (nmm_raw){.length = 0.5 * share * shared, .shared = 0.5 * shared, .facing = facing});
@@ -187,8 +186,8 @@ static double shared_by_sides(const nmm_narrowing *now, int f, int e, nmm_vec2 t
     const nmm_vec2 origin = line_of(now, e)->p;
     const double high = nmm_min(end_of_side(now, e, t, origin, enough + line_of(now, e)->length),
                                 end_of_side(now, f, t, origin, enough + line_of(now, e)->length));
-    const double low = nmm_max(end_of_side(now, e, t, origin, -enough),
-                               end_of_side(now, f, t, origin, -enough));
+    const double low =
+        nmm_max(end_of_side(now, e, t, origin, -enough), end_of_side(now, f, t, origin, -enough));
     return high - low;
 }
 

@@ -79,7 +79,8 @@ static int choose_corner(const ear_ring *ring, int start) {
     int best = -1;
     for (int k = 0, i = start; k < ring->n; k++, i = ring->next[i]) {
         if (is_straight(ring, i)) return i;
-        const double base = squared_distance(ring->place[ring->prev[i]], ring->place[ring->next[i]]);
+        const double base =
+            squared_distance(ring->place[ring->prev[i]], ring->place[ring->next[i]]);
         if (base >= least || !is_ear(ring, i)) continue;
         best = i, least = base;
     }

@@ -86,13 +86,22 @@ static double square(double x) {
     return x * x;
 }
 
+// The square of the forces of a contact over that of its normal force alone: friction passes on
+// what rounding leaves of the pressure, at 80 degrees six times of it.
+static double with_shear(const nmm_model *model, const nmm_contact *contact) {
+    const double spring = contact->shear_stiffness / contact->normal_stiffness;
+    const double friction = model->interface[contact->interface].friction;
+    return 1 + square(contact->mode == NMM_CONTACT_SLIDE ? friction : spring);
+}
+
 // Springs of closed contacts: a gap is a difference of places.
 static void add_gaps(nmm_balance *balance, const nmm_model *model, const nmm_state *state) {
     for (int k = 0; k < state->n_contact; k++) {
         const nmm_contact *contact = &state->contact[k];
         if (contact->mode == NMM_CONTACT_OPEN) continue;
         const double force =
-            square(balance->gap_rounding * contact->normal_stiffness * model->height);
+            square(balance->gap_rounding * contact->normal_stiffness * model->height) *
+            with_shear(model, contact);
         const int a = model->vertex_block[contact->vertex], b = model->vertex_block[contact->edge];
         // What is held has nothing to balance.
         balance->block[a].rounding += balance->held[a] ? 0 : force;
