@@ -178,9 +178,11 @@ double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, cons
         const nmm_balance_sums *whole = &balance->whole[first];
         // In a group of equal blocks one of them may have what the group may have together.
         const double scale = nmm_min(balance->count[first] * block->force, whole->force);
-        balance->allowed[b] = tolerance * sqrt(scale) + sqrt(block->rounding);
-        const double of_block = excess(block->left, balance->allowed[b]);
         const double in_all = tolerance * sqrt(whole->force) + sqrt(whole->rounding);
+        // Weights end there, and what is less beside the others is their rounding.
+        const double least = block->force > 0 ? ldexp(in_all, -MOST_BITS) : 0;
+        balance->allowed[b] = tolerance * sqrt(scale) + sqrt(block->rounding) + least;
+        const double of_block = excess(block->left, balance->allowed[b]);
         const double of_group = first == b ? excess(whole->left, in_all) : 0;
         worst = nmm_max(worst, nmm_max(of_block, of_group));
     }
