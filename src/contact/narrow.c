@@ -148,18 +148,27 @@ static bool is_better(const nmm_narrowing *now, const nmm_raw *other, const nmm_
     return own_facing != other_facing ? other_facing > own_facing : other->edge < own->edge;
 }
 
+// Does raw contact k take the place of the corner in raw contact i? Where i is of a side as well,
+// not in line with it: there the mesh cuts one side.
+static bool takes_corner(const nmm_narrowing *now, const nmm_raw *raw, int k, int i) {
+    if (k == i || !is_better(now, &raw[k], &raw[i])) return false;
+    const nmm_vec2 t = now->line[raw[i].edge].t, u = now->line[raw[k].edge].t;
+    if (!raw[i].corner && fabs(nmm_vec2_cross(t, u)) <= NMM_PARALLEL) return false;
+    return exclude_each_other(now, raw[i].edge, raw[k].edge);
+}
+
 static int choose_sides(const nmm_narrowing *now, nmm_raw *raw, int n) {
     for (int i = 0; i < n; i++) {
         raw[i].dropped = false;
-        if (!raw[i].corner) continue;
-        for (int k = 0; k < n && !raw[i].dropped; k++) {
-            raw[i].dropped = k != i && is_better(now, &raw[k], &raw[i]) &&
-                             exclude_each_other(now, raw[i].edge, raw[k].edge);
-        }
+        if (raw[i].corner_length == 0) continue;
+        for (int k = 0; k < n && !raw[i].dropped; k++)
+            raw[i].dropped = takes_corner(now, raw, k, i);
     }
     int kept = 0;
     for (int i = 0; i < n; i++) {
-        if (!raw[i].dropped) raw[kept++] = raw[i];
+        if (raw[i].dropped && raw[i].corner) continue;
+        if (raw[i].dropped) raw[i].corner_length = 0;
+        raw[kept++] = raw[i];
     }
     return kept;
 }

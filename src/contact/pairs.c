@@ -132,7 +132,7 @@ static bool back_to_back(const nmm_model *model, int a, int b, nmm_vec2 of_a, nm
 
 // Neighbours of a loop meet only as the two faces of a crack at its tip; edges of one block only
 // when they faced each other at the start, so that the answer does not depend on when it is asked.
-static bool can_meet(const nmm_model *model, int a, int b) {
+bool nmm_edges_can_meet(const nmm_model *model, int a, int b) {
     if (model->vertex_block[a] != model->vertex_block[b]) return true;
     if (model->vertex_next[a] == b || model->vertex_next[b] == a) return model->edge_mate[a] == b;
     const nmm_vec2 of_a = reference_direction(model, a), of_b = reference_direction(model, b);
@@ -153,7 +153,7 @@ static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *mo
             if (one->ix != two->ix || one->iy != two->iy || !boxes_meet(first, second)) continue;
             if (cell_of(nmm_max(first->low.x, second->low.x), size) != one->ix) continue;
             if (cell_of(nmm_max(first->low.y, second->low.y), size) != one->iy) continue;
-            if (!can_meet(model, one->edge, two->edge)) continue;
+            if (!nmm_edges_can_meet(model, one->edge, two->edge)) continue;
             if (out != NULL) out[n] = (nmm_edge_pair){one->edge, two->edge};
             n += 1;
         }

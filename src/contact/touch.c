@@ -318,12 +318,23 @@ static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line
     add_raw(now, &c, (nmm_raw){.corner_length = length, .beyond = beyond, .corner = true});
 }
 
+// The vertices of edge a on edge b. Each vertex comes with the edge that begins there; where that
+// one cannot meet b, because it is of the same block, it comes with the edge that ends there.
+static void corners_of(nmm_narrowing *now, int a, int b) {
+    const nmm_model *model = now->model;
+    const nmm_edge_line *e = line_of(now, b);
+    corner(now, a, b, e);
+    if (model->vertex_block[a] != model->vertex_block[b]) return;
+    const int end = nmm_vertex_behind(now, a);
+    if (end != b && !nmm_edges_can_meet(model, end, b)) corner(now, end, b, e);
+}
+
 void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair) {
     const nmm_edge_line *a = line_of(now, pair.a), *b = line_of(now, pair.b);
     // The vertex of a tiny edge is stood for by the one behind it.
     if (is_tiny(now, a) || is_tiny(now, b)) return;
     const double share = share_parallel(a, b);
     if (share > 0) edge_edge(now, pair.a, pair.b, a, b, share);
-    corner(now, pair.a, pair.b, b);
-    corner(now, pair.b, pair.a, a);
+    corners_of(now, pair.a, pair.b);
+    corners_of(now, pair.b, pair.a);
 }
