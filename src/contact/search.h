@@ -78,7 +78,6 @@ typedef struct nmm_narrowing {
     double reach;              // [m] largest gap that is listed
     double near;               // [m] the reach and the largest overlap
     const nmm_edge_line *line; // [n_vertex] of all edges
-    const int *side;           // [n_vertex] of nmm_contact_search
     nmm_raw *out;              // [room]
     int n, room;
 } nmm_narrowing;

@@ -140,8 +140,7 @@ static double last_length(const nmm_narrowing *now, int vertex, int edge) {
     return last != NULL ? last->length : 0;
 }
 
-static void add_end(nmm_narrowing *now, const interval_end *end, double shared, double room,
-                    double share) {
+static void add_end(nmm_narrowing *now, const interval_end *end, double shared, double share) {
     const double size = now->model->size;
     bool take_u = fabs(end->ahead) <= NMM_EXACT * size ? comes_first(now, end) : end->ahead < 0;
     if (fabs(end->ahead) <= NMM_SAME * size) {
@@ -149,8 +148,9 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
         const double had_w = last_length(now, end->w, end->f);
         if (had_u != had_w) take_u = had_u > had_w;
     }
-    const candidate c = take_u ? (candidate){end->u, end->e, end->gap_u, room, end->probe_u, true}
-                               : (candidate){end->w, end->f, end->gap_w, room, end->probe_w, true};
+    const candidate c = take_u
+                            ? (candidate){end->u, end->e, end->gap_u, shared, end->probe_u, true}
+                            : (candidate){end->w, end->f, end->gap_w, shared, end->probe_w, true};
     const int facing = take_u ? end->f : end->e;
     add_raw(now, &c,
             (nmm_raw){.length = 0.5 * share * shared, .shared = 0.5 * shared, .facing = facing});
@@ -160,35 +160,6 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
 // lie on the border of the block beside.
 static nmm_vec2 within(const nmm_edge_line *line, nmm_vec2 place, double gap) {
     return nmm_vec2_add(place, nmm_vec2_scale(0.05 * nmm_min(gap, 0), line->n));
-}
-
-// The end of the straight side of `edge` that is further along or against t, as a distance along t
-// from `origin`; no further than `far`.
-static double end_of_side(const nmm_narrowing *now, int edge, nmm_vec2 t, nmm_vec2 origin,
-                          double far) {
-    const bool with = nmm_vec2_dot(line_of(now, edge)->t, t) * far > 0;
-    const int *step = with ? now->model->vertex_next : now->model->vertex_prev;
-    const double sign = far > 0 ? 1 : -1;
-    double end = -INFINITY;
-    int e = edge;
-    do {
-        const nmm_edge_line *line = line_of(now, e);
-        const nmm_vec2 place = nmm_vec2_sub(with ? line->q : line->p, origin);
-        end = nmm_max(end, sign * nmm_vec2_dot(t, place));
-        e = step[e];
-    } while (e != edge && now->side[e] == now->side[edge] && end < sign * far);
-    return sign * end;
-}
-
-// How much of the straight sides of both edges lies side by side, where that is less than `enough`:
-// the mesh cuts a side into edges, which is no matter of how deep it may be overlapped.
-static double shared_by_sides(const nmm_narrowing *now, int f, int e, nmm_vec2 t, double enough) {
-    const nmm_vec2 origin = line_of(now, e)->p;
-    const double high = nmm_min(end_of_side(now, e, t, origin, enough + line_of(now, e)->length),
-                                end_of_side(now, f, t, origin, enough + line_of(now, e)->length));
-    const double low =
-        nmm_max(end_of_side(now, e, t, origin, -enough), end_of_side(now, f, t, origin, -enough));
-    return high - low;
 }
 
 static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
@@ -226,10 +197,8 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
                               .gap_w = gap_0,
                               .probe_u = within(lf, nmm_vec2_sub(lf->q, on_f), gap_b),
                               .probe_w = within(le, nmm_vec2_add(le->p, on_e), gap_0)};
-    const double deepest = -nmm_min(nmm_min(gap_a, gap_b), nmm_min(gap_0, gap_c));
-    const double room = deepest > shared ? shared_by_sides(now, f, e, t, deepest) : shared;
-    add_end(now, &high, shared, room, share);
-    add_end(now, &low, shared, room, share);
+    add_end(now, &high, shared, share);
+    add_end(now, &low, shared, share);
 }
 
 // --- Corner on edge
