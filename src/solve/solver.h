@@ -180,6 +180,9 @@ void nmm_solver_load_guess(nmm_solver *solver, const double *u);
 double nmm_solver_first_norm(nmm_solver *solver, const double *u,
                              double (*true_norm)(const nmm_solver *));
 
+/// Is this residual norm no more than what rounding may leave of the terms of f - K u?
+bool nmm_solver_rounds(const nmm_solver *solver, double norm);
+
 /// Row of the caller for a row of the iteration; -1: padding.
 static inline int nmm_solver_row(const nmm_solver *solver, int row) {
     return solver->blocks >= NMM_BLOCKS_CLUSTER ? solver->clusters.order[row] : row;
