@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // Where elements with covers of order > 0 are integrated. The polygon of an element is divided into
-// triangles by cutting off ears, in integers; each triangle gets the points of a symmetric rule
-// (Dunavant 1985): of degree 2 p for the strain energy of order p, and once, of degree 2 p + 2, for
-// the products of functions in the mass. Corners on straight sides make no triangle of their own.
-// Where no ear is found, which exact arithmetic leaves to polygons that touch themselves, the rest
-// is divided as a fan whose triangles have signs: integrals of polynomials are the same.
+// triangles by cutting off ears, in integers and by geometry alone; each triangle gets the points
+// of a symmetric rule (Dunavant 1985): of degree 2 p for the strain energy of order p, and once, of
+// degree 2 p + 2, for the products of functions in the mass. Corners on straight sides make no
+// triangle of their own. Where no ear is found, which exact arithmetic leaves to polygons that
+// touch themselves, the rest is divided as a fan whose triangles have signs: integrals of
+// polynomials are the same.
 
 #include "cut.h"
 

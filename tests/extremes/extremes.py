@@ -674,6 +674,7 @@ COPIED = {
     "leaning_sides": ("a crossing of joints with the middle of all between them", mirrored),
     "edges_in_line": ("a corner beyond the end of a side that the mesh cuts", mirrored),
     "divided_elements": ("elements of order 2 that are strained", mirrored),
+    "needle_tip": ("the tip of a needle on a side of its own block", mirrored),
     "far_crack": ("a crack whose faces slide and overlap deeply", shifted),
     "steep_friction": ("joints at friction of 80 degrees", turned),
 }
