@@ -95,6 +95,7 @@ struct nmm_solver {
     int max_row, max_block;
     int max_n; // rows of the iteration there is room for, padding included
     int n_row, n_block, n_thread;
+    long pattern;       // counts those solved for, from 1
     nmm_solve_run *run; // set by the backend that opened it
     const nmm_variant *variant;
     struct nmm_barrier *barrier; // of the host's threads
