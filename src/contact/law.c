@@ -332,8 +332,7 @@ static double stored_in(const nmm_contact_search *search, const nmm_contact *c) 
 static double lost_in_break(const nmm_contact_search *search, const nmm_contact *c) {
     if (search->options.augmented && !c->hasty) return 0;
     const double pull = nmm_max(0, -c->bond_normal);
-    const double shear =
-        fabs(c->bond_shear) > fabs(c->shear_force) ? c->bond_shear - c->shear_force : 0;
+    const double shear = nmm_max(0, fabs(c->bond_shear) - fabs(c->shear_force));
     return energy_of(c, pull, shear);
 }
 
