@@ -364,6 +364,16 @@ static nmm_status try_kind(nmm_context *context, nmm_solver *s, nmm_gauss *g, co
     return NMM_OK;
 }
 
+// After sweeps by lumps that missed: does a factor cost no more than they did, or not much?
+static bool pays_to_factor(const nmm_solver *s, nmm_gauss *g, const nmm_bsr *K, int kind,
+                           double gain) {
+    if (!by_lumps(g, kind)) return false;
+    double work[NMM_GAUSS_KINDS];
+    g->rate[NMM_GAUSS_SWEEPS] = gain / (4 * NMM_GAUSS_MOST);
+    price(g, K, gain, s->options.reuse, work);
+    return work[NMM_GAUSS_FACTOR] <= work[NMM_GAUSS_SWEEPS];
+}
+
 static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
                       double *u, nmm_solve_report *report) {
     double norm = 0;
@@ -374,7 +384,7 @@ static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const n
     const double gain = s->limit < s->norm ? log10(s->norm / s->limit) : 0.1;
     int kind = choose(g, K, gain, s->options.reuse);
     TRY(try_kind(context, s, g, K, kind, report, &norm));
-    if (kind == NMM_GAUSS_KEPT && !(norm <= s->limit)) {
+    if (!(norm <= s->limit) && (kind == NMM_GAUSS_KEPT || pays_to_factor(s, g, K, kind, gain))) {
         kind = NMM_GAUSS_FACTOR;
         TRY(try_kind(context, s, g, K, kind, report, &norm));
     }
