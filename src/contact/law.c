@@ -168,7 +168,6 @@ int nmm_contact_break(const nmm_model *model, nmm_state *state) {
         const double load = bond_load(&model->interface[c->interface], c);
         if (load <= 1 || load < 0.9 * worst) continue;
         c->breaking = true;
-        c->bond_energy = energy_of(c, c->normal_force / load, c->shear_force / load);
         n += 1;
     }
     return n;
@@ -260,7 +259,9 @@ double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model
         if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
         const double own = fabs(c->normal_force) + fabs(c->shear_force);
         const double force = nmm_max(own, 1e-3 * largest);
-        const double slip = c->mode == NMM_CONTACT_STICK ? c->slip : 0;
+        // Friction that acts along its slip: the spring of a carried force that was larger.
+        const bool springs = c->mode == NMM_CONTACT_STICK || c->shear_force * c->slip > 0;
+        const double slip = springs ? c->slip : 0;
         worst = nmm_max(worst, share_of(c->gap - c->rest, c->normal_stiffness, force, rounding));
         worst = nmm_max(worst, share_of(slip, c->shear_stiffness, force, rounding));
     }
@@ -286,7 +287,7 @@ void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, doubl
         nmm_contact *c = &state->contact[k];
         if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
         c->carried_normal = c->normal_force;
-        if (c->mode == NMM_CONTACT_STICK) c->carried_shear = c->shear_force;
+        c->carried_shear = c->shear_force;
         c->normal_stiffness *= stiffer;
         c->shear_stiffness *= stiffer;
     }
@@ -297,9 +298,9 @@ void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, doubl
 // A sliding contact's anchor follows, so that the spring holds just the limit: no creep afterwards.
 // Where carried forces follow they hold all of it: the spring may have another stiffness next time.
 static double commit_slide(const nmm_contact_search *search, nmm_contact *c, double length) {
+    if (search->options.augmented && !c->hasty) c->carried_shear = c->shear_force;
     const double T = c->carried_shear - c->shear_stiffness * c->slip;
     const double slid = (c->shear_force - T) / c->shear_stiffness;
-    if (search->options.augmented && !c->hasty) c->carried_shear = c->shear_force;
     c->anchor += (c->slip - (c->carried_shear - c->shear_force) / c->shear_stiffness) / length;
     c->slip = (c->carried_shear - c->shear_force) / c->shear_stiffness;
     c->slid += fabs(slid);
@@ -320,10 +321,19 @@ static double stored_in(const nmm_contact_search *search, const nmm_contact *c) 
     if (c->mode == NMM_CONTACT_OPEN) return 0;
     if (!search->options.augmented) return energy_of(c, c->normal_force, c->shear_force);
     // What the forces give back on the way to no overlap and no slip; there they are carried alone.
-    const double slip = c->mode == NMM_CONTACT_STICK ? c->slip : 0;
+    const double slip = c->slip;
     const double overlap = c->gap - c->rest;
     return (0.5 * c->normal_stiffness * overlap - c->carried_normal) * overlap +
            (0.5 * c->shear_stiffness * slip - c->carried_shear) * slip;
+}
+
+// Energy of a bond's springs when the step began that neither friction nor springs have now: the
+// forces fall without a way. Forces that are carried in long steps store nothing.
+static double lost_in_break(const nmm_contact_search *search, const nmm_contact *c) {
+    if (search->options.augmented && !c->hasty) return 0;
+    const double pull = nmm_max(0, -c->bond_normal);
+    const double shear = nmm_max(0, fabs(c->bond_shear) - fabs(c->shear_force));
+    return energy_of(c, pull, shear);
 }
 
 void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model, nmm_state *state,
@@ -331,21 +341,23 @@ void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *c = &state->contact[k];
         const double length = nmm_edge_line_of(model, state, c->edge).length;
-        if (c->breaking) {
-            c->bonded = false;
-            c->broken = true;
-            c->breaking = false;
-            energy->fracture += nmm_max(0, c->bond_energy - stored_in(search, c));
-        }
         if (c->mode == NMM_CONTACT_SLIDE) energy->friction += commit_slide(search, c, length);
         if (c->mode == NMM_CONTACT_OPEN) commit_open(c, length);
+        if (c->breaking) energy->fracture += lost_in_break(search, c);
+        c->bonded &= !c->breaking;
+        c->broken |= c->breaking;
+        c->breaking = false;
     }
     energy->elastic = nmm_contact_stored(search, state);
 }
 
-double nmm_contact_stored(const nmm_contact_search *search, const nmm_state *state) {
+double nmm_contact_stored(const nmm_contact_search *search, nmm_state *state) {
     double sum = 0;
-    for (int k = 0; k < state->n_contact; k++)
-        sum += stored_in(search, &state->contact[k]);
+    for (int k = 0; k < state->n_contact; k++) {
+        nmm_contact *c = &state->contact[k];
+        sum += stored_in(search, c);
+        c->bond_normal = c->bonded ? c->normal_force : 0;
+        c->bond_shear = c->bonded ? c->shear_force : 0;
+    }
     return sum;
 }

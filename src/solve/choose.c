@@ -248,6 +248,7 @@ typedef struct search {
     double wanted, gain;    // orders of magnitude in all, and to go
     int most;               // iterations allowed
     int iterations, setups; // so far
+    double work;            // so far
     bool to_the_end;        // nothing to turn to: larger blocks failed, or mixed was asked for
 } search;
 
@@ -312,6 +313,8 @@ static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_repor
     const double before = solver->guess_norm, last = report->residual * solver->norm;
     s->iterations += report->iterations;
     s->setups += report->setups;
+    s->work += s->price.prepare[s->kind];
+    if (s->kind != DIRECT) s->work += report->iterations * s->price.iterate[s->kind];
     learn(s->experience, s->kind, report->iterations, before, last);
     // Where float32 did not do once, it is not tried before the memory fades.
     const bool narrow = s->now.precision == NMM_PRECISION_MIXED;
@@ -355,6 +358,7 @@ nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, const nmm
     }
     report->iterations = s.iterations;
     report->setups = s.setups;
+    report->work = s.work;
     static const char *const why[] = {
         "", "2x2 blocks promise the least work", "clusters promise the least work",
         "rigid motions of bodies promise the least work", "a direct solve promises the least work"};
@@ -367,19 +371,23 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
                             const double *f, double *u, bool keep_pattern,
                             const nmm_solve_options *options, nmm_solve_report *report) {
     TRY(nmm_solver_check(context, solver, K, options));
-    // A caller may say so of a system of another size by mistake.
-    const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
-    const bool kept = keep_pattern && solver->n_row == K->n_row && solver->n_block == n_block;
-    solver->pattern += !kept;
     // A method, limits and precision that were asked for are those of the symmetric systems.
     const bool free = options->method == NMM_SOLVE_AUTO && options->max_iterations == 0 &&
                       options->blocks == NMM_BLOCKS_AUTO &&
                       options->precision != NMM_PRECISION_MIXED;
     report->coupled = false;
+    double in_vain = 0;
+    // A caller may say so of a system of another size by mistake.
+    const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
+    const bool kept = keep_pattern && solver->n_row == K->n_row && solver->n_block == n_block;
+    solver->pattern += !kept || solver->pattern == 0;
     if (options->coupling != NULL && free && !solver->staged) {
         TRY(nmm_gauss_solve(context, solver, K, f, u, keep_pattern, options, report));
+        in_vain = solver->gauss->work;
     }
     if (report->coupled) return NMM_OK;
     nmm_solve_run *run = nmm_solver_chooses(options) ? nmm_choose_blocks : solver->run;
-    return run(context, solver, K, f, u, keep_pattern, options, report);
+    TRY(run(context, solver, K, f, u, keep_pattern, options, report));
+    report->work += in_vain;
+    return NMM_OK;
 }

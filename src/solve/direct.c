@@ -86,14 +86,14 @@ static bool knows(const nmm_solver *s, const nmm_bsr *K) {
 }
 
 double nmm_direct_work(const nmm_solver *solver, const nmm_bsr *K, double *analysis) {
-    const nmm_factor *factor = solver->direct != NULL ? &solver->direct->factor : NULL;
     const double n = K->n_row, n_block = n > 0 ? K->row_start[K->n_row] : 0;
     const double per_block = PER_NUMBER * 4;
     // Twice a product with K, and a look at its numbers.
     const double call = PER_CALL + 3 * per_block * n_block;
     const bool cut = n >= NMM_ROWS_TO_CUT;
     *analysis = (cut ? ANALYSE + CUT : ANALYSE) * n_block;
-    if (knows(solver, K)) {
+    if (solver != NULL && knows(solver, K)) {
+        const nmm_factor *factor = &solver->direct->factor;
         *analysis = 0;
         return call + factor->work + 2 * PER_NUMBER * factor->n_number;
     }

@@ -17,7 +17,7 @@ nmm_status nmm_direct_solve(nmm_context *context, nmm_solver *solver, const nmm_
                             const double *f, double *u, nmm_solve_report *report);
 
 /// Nanoseconds of one core of about 3 GHz that a solve with a new factor takes, by sizes alone;
-/// where the pattern is not known yet, an estimate. *analysis: the same for
+/// where the pattern is not known yet, an estimate. `solver` may be NULL. *analysis: the same for
 /// what is found once for a pattern, 0 where it is known.
 double nmm_direct_work(const nmm_solver *solver, const nmm_bsr *K, double *analysis);
 

@@ -66,7 +66,7 @@ const char *nmm_solve_end_name(nmm_solve_end end) {
     case NMM_SOLVE_NOT_FINITE:
         return "matrix or right-hand side not finite";
     case NMM_SOLVE_STAGNATED:
-        return "stagnated above the tolerance by rounding";
+        return "stagnated above the tolerance (rounding, or singular)";
     case NMM_SOLVE_BAD_PATTERN:
         return "matrix pattern broken";
     }
@@ -508,6 +508,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
     take_values(solver, K);
     if (report->precision == NMM_PRECISION_MIXED && !take_narrow(solver)) {
         report->precision = NMM_PRECISION_DOUBLE;
+        report->fell_back = true;
         report->why = "numbers beyond float32";
     }
     TRY(make_blocks(context, solver, report));
@@ -533,6 +534,7 @@ void nmm_solver_finish(nmm_solver *solver, double norm, double *u, nmm_solve_rep
     if (kept || norm <= solver->guess_norm) {
         if (write_back(solver, u)) return;
         report->end = NMM_SOLVE_DIVERGED;
+        report->why = "the solution is beyond the range of numbers";
     }
     // Failed and worse than the first guess: that is still in u, unless zero was better than it.
     report->residual = solver->guess_norm / solver->norm;

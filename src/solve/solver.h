@@ -95,6 +95,7 @@ struct nmm_solver {
     int max_row, max_block;
     int max_n; // rows of the iteration there is room for, padding included
     int n_row, n_block, n_thread;
+    long pattern;       // counts those solved for, from 1
     nmm_solve_run *run; // set by the backend that opened it
     const nmm_variant *variant;
     struct nmm_barrier *barrier; // of the host's threads
@@ -133,7 +134,6 @@ struct nmm_solver {
     bool guess_dropped;        // u = 0 is used instead of the caller's guess
     bool staged;               // the matrix is copied in any case; else only where it is reordered
     bool pattern_kept;         // row_start and col hold what they held in the last solve
-    long pattern;              // 1, 2, ...: another number where it may be another one
     bool clusters_found, parts_found;
     bool dense_made, coarse_made;     // there are values to reuse
     bool dense_new;                   // made for this solve
@@ -184,6 +184,9 @@ void nmm_solver_load_guess(nmm_solver *solver, const double *u);
 /// each with its own order of sums.
 double nmm_solver_first_norm(nmm_solver *solver, const double *u,
                              double (*true_norm)(const nmm_solver *));
+
+/// Is this residual norm no more than what rounding may leave of the terms of f - K u?
+bool nmm_solver_rounds(const nmm_solver *solver, double norm);
 
 /// Row of the caller for a row of the iteration; -1: padding.
 static inline int nmm_solver_row(const nmm_solver *solver, int row) {

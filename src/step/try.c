@@ -33,6 +33,7 @@ static void restore_start(nmm_sim *sim) {
     nmm_state *state = &sim->state;
     const size_t pair = 2 * sizeof(double);
     memcpy(state->displacement, sim->start_displacement, (size_t)model->n_cover * pair);
+    memcpy(state->position, sim->start_position, (size_t)model->n_point * pair);
     if (model->n_support > 0) {
         memcpy(state->support_force, sim->start_support, (size_t)model->n_support * pair);
     }
@@ -94,6 +95,7 @@ static nmm_status open_solver(nmm_sim *sim) {
 // system that is to be written is solved as it is written.
 static bool couples(const nmm_sim *sim, const passes *p) {
     if (sim->state.n_contact == 0 || sim->comparable || sim->dump.write != NULL) return false;
+    if (sim->friction.way == NMM_FRICTION_APART) return false;
     return p->n_vain < 2 && !p->in_vain;
 }
 
@@ -165,6 +167,7 @@ static nmm_status couple(nmm_sim *sim, const passes *p) {
     coupling->tolerance =
         count_flips(&p->verdict) == 0 ? NMM_QUIET_TOLERANCE : NMM_COUPLED_TOLERANCE;
     if (p->n == 0) coupling->tolerance = NMM_FIRST_TOLERANCE;
+    if (sim->friction.way == NMM_FRICTION_CLOSE) coupling->tolerance *= NMM_CLOSE_PART;
     if (!couples(sim, p)) return NMM_OK;
     TRY(nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state,
                           p->part ? sim->nearby.place : NULL));
@@ -211,7 +214,9 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
             ? nmm_nearby_solve(&sim->context, &sim->nearby, system, &sim->state, &options, report)
             : solve_all(sim, &options, report));
     nmm_balance_take_weights(&sim->balance, system, &sim->model);
-    nmm_solves_count(&sim->summary, report);
+    nmm_solves_count(sim, report);
+    nmm_friction_pass(&sim->friction, p->part ? sim->nearby.n_row : system->K.n_row, report->work,
+                      p->verdict.n_sliding > 0);
     sim->report.solver_iterations += report->iterations;
     nmm_sim_clock(sim, &sim->summary.phase_seconds.solve);
     return NMM_OK;
@@ -517,7 +522,8 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     nmm_supports_begin(sim);
     sim->overlaps = false;
     restore_start(sim);
-    sim->stiff = nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h, sim->gentle);
+    sim->stiff = nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h, sim->gentle,
+                                    sim->settings.is_static);
     begin_move(sim, h, step.end);
     // Carried forces remember the way that passes take, and statics have many equilibria. Under
     // loads that set in at once bodies that touch may part anywhere: large slopes then found no
