@@ -134,8 +134,8 @@ typedef struct nmm_summary {
     long with_cover, with_cluster, with_body; ///< solves by the diagonal blocks they ended with
     long with_direct;                         ///< solves that ended with the direct method
     long setups;                              ///< times blocks or factors were made anew
-    long transfers;                           ///< to and from the device
-    double transfer_bytes;
+    long transfers;                           ///< copies to and from the device
+    double transfer_bytes, transfer_seconds;  ///< their size and time
     long dt_cuts, open_close_iterations;
     nmm_energy energy;
     double max_penetration;  ///< [m] over the whole run
@@ -244,9 +244,11 @@ typedef struct nmm_linear_report {
     int on_device; ///< seen inside a target region
     char why[256]; ///< what `auto` chose and why; may be empty
     int n_thread, setups, iterations;
-    double residual;               ///< |f - K u| / |f|; -1: not measured
-    double lambda_min, lambda_max; ///< estimates for D^-1 K; 0: not made
-    double solution_norm;          ///< |u|
+    long transfers;                          ///< of the last solve, to and from the device
+    double transfer_bytes, transfer_seconds; ///< their size and time
+    double residual;                         ///< |f - K u| / |f|; -1: not measured
+    double lambda_min, lambda_max;           ///< estimates for D^-1 K; 0: not made
+    double solution_norm;                    ///< |u|
     double error;                  ///< largest |u - 1| where the solution is all ones; else -1
     double read_seconds;           ///< reading or generating
     double seconds, least_seconds; ///< setup and solve: median and least of n_repeat

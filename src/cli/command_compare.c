@@ -183,6 +183,21 @@ static void print_times(const comparison *c) {
            iteration_seconds(&c->summary[TARGET]));
 }
 
+// Copies to and from the device, in all, by solve and by step.
+static void print_transfers(const comparison *c) {
+    const nmm_summary *s = &c->summary[TARGET];
+    const struct {
+        const char *name;
+        long n;
+    } row[] = {{"in all", 1}, {"one solve", s->solves}, {"one step", s->steps}};
+    printf("\nTransfers               number        kB          s\n");
+    for (int k = 0; k < 3; k++) {
+        const double n = row[k].n > 0 ? (double)row[k].n : 1;
+        printf("  %-14s %13.1f %9.4g %10.3g\n", row[k].name, (double)s->transfers / n,
+               1e-3 * s->transfer_bytes / n, s->transfer_seconds / n);
+    }
+}
+
 static void print_break_even(const comparison *c) {
     printf("\nOne solve of a generated system [s], setup and transfers included\n");
     printf("  unknowns  iterations      host     target\n");
@@ -206,10 +221,20 @@ static void print_comparison(const comparison *c, const char *path) {
                s[side].method, s[side].precision, s[side].solves, s[side].iterations);
     print_answers(c);
     print_times(c);
+    print_transfers(c);
     print_break_even(c);
 }
 
 // --- JSON
+
+static void json_transfers(json *out, const char *name, const nmm_summary *s, long n) {
+    const double part = n > 0 ? 1.0 / (double)n : 1;
+    json_open(out, name);
+    json_number(out, "transfers", part * (double)s->transfers);
+    json_number(out, "bytes", part * s->transfer_bytes);
+    json_number(out, "seconds", part * s->transfer_seconds);
+    json_close(out);
+}
 
 static void json_side(json *out, const comparison *c, int side) {
     const nmm_summary *s = &c->summary[side];
@@ -219,6 +244,8 @@ static void json_side(json *out, const comparison *c, int side) {
     json_phases(out, s);
     json_solver(out, s);
     json_number(out, "seconds_per_iteration", iteration_seconds(s));
+    json_transfers(out, "transfers_per_solve", s, s->solves);
+    json_transfers(out, "transfers_per_step", s, s->steps);
     json_hash(out, "state_hash", s->state_hash);
     json_close(out);
 }

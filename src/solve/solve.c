@@ -99,6 +99,7 @@ nmm_status nmm_solver_create(nmm_context *context, nmm_solver **solver, int max_
     TRY(nmm_allocate(context, &s->chunk, n_group / NMM_SOLVE_CHUNK + 1, 2 * sizeof(double)));
     TRY(nmm_allocate(context, &s->state, 1, sizeof *s->state));
     TRY(nmm_allocate(context, &s->barrier, 1, sizeof *s->barrier));
+    TRY(nmm_allocate(context, &s->traffic, 1, sizeof *s->traffic));
     return staged ? nmm_solver_own_matrix(context, s) : NMM_OK;
 }
 
@@ -148,6 +149,7 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
         nmm_release(context, narrow[k]);
     nmm_release(context, &s->state);
     nmm_release(context, &s->barrier);
+    nmm_release(context, &s->traffic);
     nmm_release(context, &s->next);
     nmm_release(context, &s->own_row_start);
     nmm_release(context, &s->own_col);

@@ -80,6 +80,12 @@ typedef struct nmm_experience {
     double life;    // the same with patterns before, on average of late; 0: not known
 } nmm_experience;
 
+/// What went to the device and came back.
+typedef struct nmm_traffic {
+    long transfers;
+    double bytes, seconds;
+} nmm_traffic;
+
 typedef struct nmm_variant nmm_variant;
 struct nmm_gauss;
 
@@ -98,6 +104,7 @@ struct nmm_solver {
     nmm_solve_run *run; // set by the backend that opened it
     const nmm_variant *variant;
     struct nmm_barrier *barrier; // of the host's threads
+    nmm_traffic *traffic;        // of this solve
     // The matrix of the iteration: the caller's, or copies.
     int *row_start; // [n + 1]
     int *col;       // [n_block]

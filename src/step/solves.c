@@ -17,6 +17,7 @@ void nmm_solves_count(nmm_summary *summary, const nmm_solve_report *report) {
     summary->setups += report->setups;
     summary->transfers += report->transfers;
     summary->transfer_bytes += report->transfer_bytes;
+    summary->transfer_seconds += report->transfer_seconds;
     summary->on_device |= report->on_device;
 }
 

@@ -52,6 +52,10 @@ def run(program, scene, *words, look=None):
     for name in PLACES_AND_TIMES:
         del result[name]
     place = result["solver"].pop("device"), result["solver"].pop("on_device")
+    copied = [result["solver"].pop("transfer" + name) for name in ("s", "_bytes", "_seconds")]
+    for amount in copied[:2]:
+        if (amount > 0) != place[1]:
+            sys.exit(f"{' '.join(command)}: transfers {copied}, on a device: {place[1]}")
     return result, place
 
 
