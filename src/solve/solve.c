@@ -100,7 +100,9 @@ nmm_status nmm_solver_create(nmm_context *context, nmm_solver **solver, int max_
     TRY(nmm_allocate(context, &s->state, 1, sizeof *s->state));
     TRY(nmm_allocate(context, &s->barrier, 1, sizeof *s->barrier));
     TRY(nmm_allocate(context, &s->traffic, 1, sizeof *s->traffic));
-    return staged ? nmm_solver_own_matrix(context, s) : NMM_OK;
+    if (!staged) return NMM_OK;
+    TRY(nmm_allocate(context, &s->newer_row, n, 1));
+    return nmm_solver_own_matrix(context, s);
 }
 
 nmm_status nmm_solver_own_matrix(nmm_context *context, nmm_solver *s) {
@@ -153,6 +155,7 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
     nmm_release(context, &s->next);
     nmm_release(context, &s->own_row_start);
     nmm_release(context, &s->own_col);
+    nmm_release(context, &s->newer_row);
     nmm_clusters_destroy(context, &s->clusters);
     nmm_coarse_destroy(context, &s->coarse);
     nmm_direct_destroy(context, &s->direct);
@@ -453,15 +456,12 @@ static nmm_status take_pattern(nmm_context *context, nmm_solver *s, const nmm_bs
 }
 
 static void take_values(nmm_solver *s, const nmm_bsr *K) {
-    if (s->blocks >= NMM_BLOCKS_CLUSTER) {
-        s->wide.value = s->own_value;
+    const bool reordered = s->blocks >= NMM_BLOCKS_CLUSTER;
+    s->wide.value = reordered || s->staged ? s->own_value : K->value;
+    if (s->staged)
+        nmm_newer_take(s, K);
+    else if (reordered)
         nmm_clusters_take(&s->clusters, K, s->n_thread, s->wide.value);
-    } else if (s->staged) {
-        s->wide.value = s->own_value;
-        memcpy(s->wide.value, K->value, (size_t)s->n_block * 4 * sizeof(double));
-    } else {
-        s->wide.value = K->value;
-    }
 }
 
 // Float32 copies; false where a number is beyond float32, squares of quotients included.
@@ -496,7 +496,6 @@ static nmm_status make_blocks(nmm_context *context, nmm_solver *s, nmm_solve_rep
     if (s->blocks < NMM_BLOCKS_CLUSTER) return NMM_OK;
     const int made = s->variant->invert(&s->clusters, s->row_start, s->col, s->wide.value,
                                         s->n_thread, s->dense_made, s->dense_room, s->dense_scale);
-    s->dense_new = made > 0;
     s->dense_made = true;
     report->setups += made > 0;
     if (!dense_fits(s)) {

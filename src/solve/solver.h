@@ -14,6 +14,7 @@
 #include "clusters.h"
 #include "coarse.h"
 #include "factor.h"
+#include "newer.h"
 #include "pace.h"
 #include "solve.h"
 
@@ -116,6 +117,7 @@ struct nmm_solver {
     nmm_iteration *state;
     int *own_row_start, *own_col; // copies
     double *own_value;
+    unsigned char *newer_row; // staged: [max_n] marks of rows that are to be sent
     // Clusters and coarse correction: found for the pattern, made from the values.
     nmm_clusters clusters;
     float *dense;        // [groups][16][16] inverted clusters over dense_scale; NULL: 2x2 blocks
@@ -142,7 +144,6 @@ struct nmm_solver {
     bool pattern_kept;         // row_start and col hold what they held in the last solve
     bool clusters_found, parts_found;
     bool dense_made, coarse_made;     // there are values to reuse
-    bool dense_new;                   // made for this solve
     bool dense_mapped, narrow_mapped; // target: known on the device
 };
 
