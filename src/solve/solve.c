@@ -276,6 +276,16 @@ void nmm_solver_use_threads(nmm_solver *solver, int n_thread) {
     }
 }
 
+// Why clusters are taken where bodies were asked for.
+static const char *why_not_body(const nmm_solver *solver, const nmm_solve_options *options) {
+    if (options->blocks != NMM_BLOCKS_BODY || solver->options.blocks != NMM_BLOCKS_CLUSTER) {
+        return "";
+    }
+    if (solver->options.method != NMM_SOLVE_PCG) return "clusters: blocks body are for pcg";
+    if (solver->staged) return "clusters: blocks body run on the host only";
+    return "clusters: blocks body need places and bodies of the rows";
+}
+
 nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                               bool keep_pattern, const nmm_solve_options *options) {
     const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
@@ -288,6 +298,7 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
     if (!kept) solver->clusters_found = solver->parts_found = false;
     if (!kept || !options->reuse) solver->dense_made = solver->coarse_made = false;
     solver->blocks = blocks;
+    solver->why_blocks = why_not_body(solver, options);
     solver->n_row = K->n_row;
     solver->n_block = n_block;
     nmm_solver_use_threads(solver, K->n_row < ROWS_FOR_THREADS ? 1 : solver->options.n_thread);
@@ -536,7 +547,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
                                  .blocks = solver->blocks,
                                  .precision = solver->options.precision,
                                  .n_thread = solver->n_thread,
-                                 .why = "",
+                                 .why = solver->why_blocks,
                                  .row = -1,
                                  .residual = -1};
     *ready = false;

@@ -131,6 +131,7 @@ struct nmm_solver {
     double lambda[2];                   // bounds of the spectrum that sweeps used last; 0: none
     nmm_solve_blocks lambda_blocks;
     nmm_solve_blocks blocks; // those of this solve, never auto
+    const char *why_blocks;  // they are not those asked for; else ""
     int n;                   // rows of the iteration
     int team_rows;           // target: up to so many rows one team does it all
     // What the caller asked for, in the scaled system.

@@ -189,6 +189,22 @@ static void test_counted_mixed(void **state) {
 
 // --- Limits
 
+// Blocks that only the host has: others, with a word.
+static void test_bodies(void **state) {
+    (void)state;
+    if (nmm_solve_target_devices() == 0) skip();
+    counting c;
+    open_counting(&c, NMM_BLOCKS_BODY, NMM_PRECISION_DOUBLE);
+    const double place[2 * ROWS] = {0, 0, 1, 0, 2, 1};
+    const int body[ROWS] = {0, 0, 0};
+    c.options.place = place;
+    c.options.body = body;
+    const nmm_solve_report report = count_solve(&c, false);
+    assert_int_equal(report.blocks, NMM_BLOCKS_CLUSTER);
+    assert_string_equal(report.why, "clusters: blocks body run on the host only");
+    close_counting(&c);
+}
+
 static void test_serial_methods(void **state) {
     (void)state;
     if (nmm_solve_target_devices() == 0) skip();
@@ -234,7 +250,7 @@ int main(void) {
         cmocka_unit_test(test_same_as_host),  cmocka_unit_test(test_serial_methods),
         cmocka_unit_test(test_no_memory),     cmocka_unit_test(test_host_bits),
         cmocka_unit_test(test_counted),       cmocka_unit_test(test_counted_clusters),
-        cmocka_unit_test(test_counted_mixed),
+        cmocka_unit_test(test_counted_mixed), cmocka_unit_test(test_bodies),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
