@@ -375,6 +375,7 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
                       options->blocks == NMM_BLOCKS_AUTO &&
                       options->precision != NMM_PRECISION_MIXED;
     report->coupled = false;
+    solver->pattern += !keep_pattern || solver->pattern == 0;
     if (options->coupling != NULL && free && !solver->staged) {
         TRY(nmm_gauss_solve(context, solver, K, f, u, keep_pattern, options, report));
     }

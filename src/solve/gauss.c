@@ -4,7 +4,8 @@
 // sweep of its symmetric part: x = (D + U)^-1 D y, where y leaves least of (D + L)^-1 (f - K x),
 // after Saad and Schultz (1986) and Eisenstat (1981). Rows of a body that has three are eliminated
 // as one. A coupling may leave a system that no iteration gets far with: then this gives up after a
-// few, says so, and is left out for some solves. What always holds: solved means that |f - K u| was
+// few, says so, and is left out for some solves. Sweeps by lumps are in float32, the residual that
+// counts is in float64. What always holds: solved means that |f - K u| was
 // measured, the coupling included.
 
 #include "gauss.h"
@@ -15,6 +16,9 @@
 // Part of the residual allowed at which the iteration ends: what it measures is not the true one.
 #define MARGIN 0.35
 
+// Gain that a round in float32 may ask for.
+#define NARROW_GAIN 1e-5
+
 // Solves that are left out after failures, at most.
 #define LONGEST_PAUSE 64
 
@@ -22,9 +26,12 @@
 #define SINGULAR 1e-14
 
 // Prices in nanoseconds of one core of about 3 GHz, as in choose.c.
-#define PER_BLOCK 0.7  // a 2x2 block in a product, forward and backward
-#define PER_ROW 50.0   // waits for the one before, twice; and its share of directions
-#define PER_LUMP 30.0  // the same for three rows
+#define PER_BLOCK 0.7   // a 2x2 block in a product, forward and backward
+#define PER_ROW 50.0    // waits for the one before, twice; and its share of directions
+#define PER_NARROW 0.22 // the two of lumps, in float32
+#define PER_LUMP 9.0
+#define TAKE_LUMPS 2.0 // by block, once
+#define LESS_EXACT 8e3 // next to a factor, which leaves nothing, for the passes that this saves
 #define PER_NUMBER 0.2 // of the factor, twice for each solve with it
 #define PER_FAR 0.6    // the same of a factor with more numbers than CACHE, which lies in memory
 #define CACHE 1e6
@@ -44,7 +51,7 @@
 // --- Memory
 
 static void release(nmm_context *context, nmm_gauss *g) {
-    double **const owned[] = {&g->basis, &g->own_inverse, &g->block, &g->t, &g->ahead, &g->extra};
+    double **const owned[] = {&g->basis, &g->t, &g->ahead, &g->extra};
     for (size_t k = 0; k < sizeof owned / sizeof *owned; k++)
         nmm_release(context, owned[k]);
     g->capacity = 0;
@@ -53,6 +60,7 @@ static void release(nmm_context *context, nmm_gauss *g) {
 void nmm_gauss_destroy(nmm_context *context, nmm_gauss **gauss) {
     if (*gauss == NULL) return;
     release(context, *gauss);
+    nmm_lumps_destroy(context, &(*gauss)->lumps);
     nmm_factor_destroy(context, &(*gauss)->factor);
     nmm_release(context, gauss);
 }
@@ -64,94 +72,11 @@ static nmm_status reserve(nmm_context *context, nmm_gauss **gauss, int n_row) {
     release(context, g);
     const size_t n = (size_t)n_row, pair = 2 * sizeof(double);
     TRY(nmm_allocate(context, &g->basis, n * (NMM_GAUSS_MOST + 1), pair));
-    TRY(nmm_allocate(context, &g->own_inverse, n, 16 * sizeof(double)));
-    TRY(nmm_allocate(context, &g->block, n, 12 * sizeof(double)));
     TRY(nmm_allocate(context, &g->t, n, pair));
     TRY(nmm_allocate(context, &g->ahead, n, pair));
     TRY(nmm_allocate(context, &g->extra, n, pair));
     g->capacity = n_row;
     return NMM_OK;
-}
-
-// --- Lumps
-
-static bool same_columns(const nmm_bsr *K, int a, int b) {
-    const int n = K->row_start[a + 1] - K->row_start[a];
-    const int *col = K->col;
-    if (n != K->row_start[b + 1] - K->row_start[b]) return false;
-    return memcmp(col + K->row_start[a], col + K->row_start[b], (size_t)n * sizeof *col) == 0;
-}
-
-// Are the rows those of bodies with three rows each, with all blocks between these, and with the
-// same columns?
-static bool has_threes(const nmm_bsr *K, const int *body) {
-    if (body == NULL || K->n_row % 3 != 0) return false;
-    for (int row = 0; row < K->n_row; row++) {
-        const int i = row % 3, first = K->diagonal[row] - i;
-        if (body[row] < 0 || body[row] != body[row - i]) return false;
-        if (first < K->row_start[row] || first + 3 > K->row_start[row + 1]) return false;
-        if (K->col[first] != row - i || K->col[first + 2] != row - i + 2) return false;
-        if (!same_columns(K, row, row - i)) return false;
-    }
-    return true;
-}
-
-// The inverse of a symmetric 6x6 block by Gauss and Jordan, in place; false: not positive definite.
-static bool invert_six(double a[6][6]) {
-    for (int k = 0; k < 6; k++) {
-        const double diagonal = a[k][k];
-        if (!(diagonal > 0)) return false;
-        const double inverse = 1 / diagonal;
-        for (int j = 0; j < 6; j++)
-            a[k][j] *= inverse;
-        a[k][k] = inverse;
-        for (int i = 0; i < 6; i++) {
-            if (i == k) continue;
-            const double factor = a[i][k];
-            a[i][k] = 0;
-            for (int j = 0; j < 6; j++)
-                a[i][j] -= factor * a[k][j];
-        }
-    }
-    return true;
-}
-
-static bool same_numbers(const double *a, const double *b, int n) {
-    for (int i = 0; i < n; i++)
-        if (a[i] != b[i]) return false;
-    return true;
-}
-
-static bool invert_threes(const nmm_gauss *g, const nmm_bsr *K) {
-    for (int lump = 0; lump < K->n_row / 3; lump++) {
-        double a[6][6], *kept = g->block + 36 * (long)lump;
-        for (int i = 0; i < 3; i++) {
-            const double *block = K->value + 4 * (long)(K->diagonal[3 * lump + i] - i);
-            for (int j = 0; j < 12; j++)
-                a[2 * i + j / 2 % 2][2 * (j / 4) + j % 2] = block[j];
-        }
-        // Most bodies have the block that they had in the pass before.
-        if (same_numbers(a[0], kept, 36)) continue;
-        memcpy(kept, a, sizeof a);
-        if (!invert_six(a)) {
-            memset(kept, 0, sizeof a);
-            return false;
-        }
-        double *column = g->own_inverse + 48 * (long)lump;
-        for (int j = 0; j < 6; j++) {
-            for (int i = 0; i < 6; i++)
-                column[8 * j + i] = a[i][j];
-            column[8 * j + 6] = column[8 * j + 7] = 0;
-        }
-    }
-    return true;
-}
-
-static bool make_lumps(nmm_gauss *g, const nmm_solver *s, const nmm_bsr *K) {
-    if (!s->pattern_kept || g->lump == 0) g->lump = has_threes(K, s->options.body) ? 3 : 1;
-    g->diagonal = K->diagonal;
-    g->inverse = g->lump == 3 ? g->own_inverse : s->wide.inverse;
-    return g->lump == 1 || invert_threes(g, K);
 }
 
 // --- Minimal residuals
@@ -210,18 +135,11 @@ static void multiply(const nmm_solver *s, nmm_gauss *g, int kind, const double *
     s->variant->gauss_forward(s, g, v, g->t, g->extra, g->ahead, w);
 }
 
-// u += what the best combination of the directions stands for.
-static void add_best(const nmm_solver *s, nmm_gauss *g, int kind, const triangle *r) {
+// u += what the sum of m directions, part[j] of each, stands for.
+static void add_parts(const nmm_solver *s, nmm_gauss *g, int kind, const double *part, int m) {
     const int n = 2 * s->n;
-    double part[NMM_GAUSS_MOST];
-    for (int i = r->n - 1; i >= 0; i--) {
-        part[i] = r->rest[i];
-        for (int j = i + 1; j < r->n; j++)
-            part[i] -= r->part[j][i] * part[j];
-        part[i] = r->part[i][i] > 0 ? part[i] / r->part[i][i] : 0;
-    }
     memset(g->ahead, 0, (size_t)n * sizeof(double));
-    for (int j = 0; j < r->n; j++)
+    for (int j = 0; j < m; j++)
         for (int i = 0; i < n; i++)
             g->ahead[i] += part[j] * g->basis[(long)j * n + i];
     if (kind == NMM_GAUSS_SWEEPS)
@@ -230,6 +148,88 @@ static void add_best(const nmm_solver *s, nmm_gauss *g, int kind, const triangle
         nmm_factor_fastest()->apply(&g->factor, g->ahead, g->t);
     for (int i = 0; i < n; i++)
         s->wide.u[i] += g->t[i];
+}
+
+static void scale(double *x, int n, double factor) {
+    for (int i = 0; i < n; i++)
+        x[i] *= factor;
+}
+
+// --- The same by lumps
+
+static bool by_lumps(const nmm_gauss *g, int kind) {
+    return kind == NMM_GAUSS_SWEEPS && g->lump == 3;
+}
+
+static float *narrow(double *x) {
+    return (float *)(void *)x;
+}
+
+static void begin_lumps(const nmm_solver *s, nmm_gauss *g) {
+    float *t = narrow(g->t), *extra = narrow(g->extra);
+    memset(t, 0, 8 * (size_t)g->lumps.n * sizeof *t);
+    g->largest = nmm_lumps_load(&g->lumps, s->wide.r, extra);
+    nmm_lumps_fastest()->forward(&g->lumps, t, t, extra, narrow(g->ahead), narrow(g->basis));
+}
+
+static void multiply_lumps(nmm_gauss *g, const float *v, float *w) {
+    const nmm_lumps_kernels *kernels = nmm_lumps_fastest();
+    float *t = narrow(g->t), *extra = narrow(g->extra);
+    kernels->backward(&g->lumps, v, t);
+    kernels->couple(&g->lumps, t, extra);
+    kernels->forward(&g->lumps, v, t, extra, narrow(g->ahead), w);
+}
+
+static void add_parts_lumps(const nmm_solver *s, nmm_gauss *g, const double *part, int m) {
+    const nmm_lumps_kernels *kernels = nmm_lumps_fastest();
+    float *sum = narrow(g->ahead), *t = narrow(g->t);
+    kernels->combine(narrow(g->basis), m, 8 * (long)g->lumps.n, part, sum);
+    kernels->backward(&g->lumps, sum, t);
+    nmm_lumps_add(&g->lumps, t, g->largest, s->wide.u);
+}
+
+// --- The iteration
+
+// Direction k + 1 from direction k, or the first for k = -1: of length 1 after what it has of those
+// before was taken out of it, part[j] of direction j. Its length before that.
+static double next_direction(const nmm_solver *s, nmm_gauss *g, int kind, int k, double *part) {
+    double length;
+    if (by_lumps(g, kind)) {
+        const nmm_lumps_kernels *kernels = nmm_lumps_fastest();
+        const long n = 8 * (long)g->lumps.n;
+        float *basis = narrow(g->basis), *w = basis + (k + 1) * n;
+        if (k < 0)
+            begin_lumps(s, g);
+        else
+            multiply_lumps(g, w - n, w);
+        length = kernels->orthogonalise(basis, k + 1, n, w, part);
+        if (length > 0 && length < INFINITY) kernels->scale(w, n, 1 / length);
+        return length;
+    }
+    const int n = 2 * s->n;
+    double *w = g->basis + (long)(k + 1) * n;
+    if (k < 0)
+        begin(s, g, kind);
+    else
+        multiply(s, g, kind, w - n, w);
+    length = s->variant->orthogonalise(g->basis, k + 1, n, w, part);
+    if (length > 0 && length < INFINITY) scale(w, n, 1 / length);
+    return length;
+}
+
+// u += what the best combination of the directions stands for.
+static void add_best(const nmm_solver *s, nmm_gauss *g, int kind, const triangle *r) {
+    double part[NMM_GAUSS_MOST];
+    for (int i = r->n - 1; i >= 0; i--) {
+        part[i] = r->rest[i];
+        for (int j = i + 1; j < r->n; j++)
+            part[i] -= r->part[j][i] * part[j];
+        part[i] = r->part[i][i] > 0 ? part[i] / r->part[i][i] : 0;
+    }
+    if (by_lumps(g, kind))
+        add_parts_lumps(s, g, part, r->n);
+    else
+        add_parts(s, g, kind, part, r->n);
 }
 
 static double true_norm(const nmm_solver *s, nmm_gauss *g) {
@@ -241,28 +241,17 @@ static double true_norm(const nmm_solver *s, nmm_gauss *g) {
     return sqrt(nmm_sum_product(n, s->wide.r, s->wide.r, 1));
 }
 
-static void scale(double *x, int n, double factor) {
-    for (int i = 0; i < n; i++)
-        x[i] *= factor;
-}
-
 // From the residual in wide.r, until it should be `gain` times smaller, `most` iterations at most.
 static int minimise(const nmm_solver *s, nmm_gauss *g, int kind, double gain, int most) {
-    const int n = 2 * s->n;
     triangle r = {.n = 0};
-    begin(s, g, kind);
-    const double first = sqrt(nmm_sum_product(n, g->basis, g->basis, 1));
+    const double first = next_direction(s, g, kind, -1, NULL);
     if (!(first > 0 && first < INFINITY)) return 0;
-    scale(g->basis, n, 1 / first);
     r.rest[0] = first;
     for (int k = 0; k < most && fabs(r.rest[k]) > gain * first; k++) {
-        double *v = g->basis + (long)k * n, *w = v + n;
-        multiply(s, g, kind, v, w);
-        const double length = s->variant->orthogonalise(g->basis, k + 1, n, w, r.part[k]);
+        const double length = next_direction(s, g, kind, k, r.part[k]);
         r.part[k][k + 1] = length;
         rotate(&r, k);
         if (!(length > 0 && length < INFINITY)) break;
-        scale(w, n, 1 / length);
     }
     add_best(s, g, kind, &r);
     return r.n;
@@ -273,13 +262,16 @@ static int minimise(const nmm_solver *s, nmm_gauss *g, int kind, double gain, in
 // Nanoseconds that each kind promises for `gain` orders of magnitude; infinite where it cannot be.
 static void price(const nmm_gauss *g, const nmm_bsr *K, double gain, bool reuse, double *work) {
     const double n_block = K->row_start[K->n_row], n = K->n_row;
-    const double per_row = g->lump == 3 ? PER_LUMP / 3 : PER_ROW;
+    const bool lumps = g->lump == 3;
+    const double sweeps =
+        lumps ? PER_NARROW * n_block + PER_LUMP / 3 * n : PER_BLOCK * n_block + PER_ROW * n;
     const double per_number = g->factor.n_number > CACHE ? PER_FAR : PER_NUMBER;
     const double apply = 2 * per_number * g->factor.n_number;
     double times[NMM_GAUSS_KINDS];
     for (int kind = 0; kind < NMM_GAUSS_KINDS; kind++)
         times[kind] = gain / g->rate[kind];
-    work[NMM_GAUSS_SWEEPS] = times[NMM_GAUSS_SWEEPS] * (PER_BLOCK * n_block + per_row * n);
+    work[NMM_GAUSS_SWEEPS] = times[NMM_GAUSS_SWEEPS] * sweeps;
+    if (lumps) work[NMM_GAUSS_SWEEPS] += TAKE_LUMPS * n_block + LESS_EXACT;
     work[NMM_GAUSS_FACTOR] = (FIRST_WORK + ANALYSE / nmm_max_int(2, g->n_kept)) * n_block;
     work[NMM_GAUSS_KEPT] = INFINITY;
     if (!nmm_factor_knows(&g->factor, K)) return;
@@ -311,7 +303,11 @@ static void remember(nmm_gauss *g, bool kept) {
 static nmm_status prepare(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
                           int kind, bool *made) {
     if (kind == NMM_GAUSS_SWEEPS) {
-        *made = make_lumps(g, s, K);
+        *made = g->lump == 1 || nmm_lumps_fastest()->take(&g->lumps, K);
+        if (!*made || g->lump == 1) return NMM_OK;
+        bool fit = false;
+        TRY(nmm_lumps_couple(context, &g->lumps, s->options.coupling, &fit));
+        if (!fit) g->lump = 1;
         return NMM_OK;
     }
     if (kind == NMM_GAUSS_KEPT) {
@@ -329,14 +325,18 @@ static nmm_status prepare(nmm_context *context, nmm_solver *s, nmm_gauss *g, con
 
 // The residual reached, and how many iterations that took.
 static int iterate(nmm_solver *s, nmm_gauss *g, int kind, double *norm) {
+    const bool lumps = by_lumps(g, kind);
+    const int most = lumps ? 2 * NMM_GAUSS_MOST : NMM_GAUSS_MOST;
     int n = 0;
     memset(s->wide.u, 0, 2 * (size_t)s->n * sizeof(double));
     memcpy(s->wide.r, s->wide.f, 2 * (size_t)s->n * sizeof(double));
     *norm = s->norm;
     double before = INFINITY;
-    while (*norm > s->limit && *norm < 0.5 * before && n < NMM_GAUSS_MOST) {
+    while (*norm > s->limit && *norm < 0.5 * before && n < most) {
+        const double gain = MARGIN * s->limit / *norm;
         before = *norm;
-        n += minimise(s, g, kind, MARGIN * s->limit / *norm, NMM_GAUSS_MOST - n);
+        n += minimise(s, g, kind, lumps ? nmm_max(gain, NARROW_GAIN) : gain,
+                      nmm_min_int(most - n, NMM_GAUSS_MOST));
         *norm = true_norm(s, g);
     }
     if (!(*norm < s->norm)) *norm = s->norm;
@@ -367,6 +367,10 @@ static nmm_status try_kind(nmm_context *context, nmm_solver *s, nmm_gauss *g, co
 static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
                       double *u, nmm_solve_report *report) {
     double norm = 0;
+    g->diagonal = K->diagonal;
+    if (g->pattern != s->pattern) TRY(nmm_lumps_find(context, &g->lumps, K, s->options.body));
+    g->pattern = s->pattern;
+    g->lump = g->lumps.known ? 3 : 1;
     const double gain = s->limit < s->norm ? log10(s->norm / s->limit) : 0.1;
     int kind = choose(g, K, gain, s->options.reuse);
     TRY(try_kind(context, s, g, K, kind, report, &norm));

@@ -8,6 +8,7 @@
 #ifndef NMM_GAUSS_H
 #define NMM_GAUSS_H
 
+#include "lumps.h"
 #include "solver.h"
 
 /// Most directions that are kept, and so iterations of a solve.
@@ -21,14 +22,14 @@ enum {
     NMM_GAUSS_KINDS
 };
 
-/// What sweeps by lumps need beside the matrix, and what is learned of them.
+/// What sweeps need beside the matrix, and what is learned of them.
 typedef struct nmm_gauss {
-    int lump;              // rows whose diagonal block is inverted as a whole: 1 or 3
-    const int *diagonal;   // [n_row] of the matrix at hand
-    const double *inverse; // lump 1: [n_row][2][2]; lump 3: [n_row / 3][6][8] by columns
-    double *basis;         // [NMM_GAUSS_MOST + 1][n_row][2]
-    double *own_inverse;
-    double *block;             // [n_row / 3][6][6] of which those are the inverses
+    int lump;                  // rows whose diagonal block is inverted as a whole: 1 or 3
+    nmm_lumps lumps;           // for 3
+    long pattern;              // of which the lumps are, as the solver counts
+    double largest;            // force of the residual at hand, by which those of lumps are divided
+    const int *diagonal;       // [n_row] of the matrix at hand
+    double *basis;             // [NMM_GAUSS_MOST + 1][n_row][2]; lumps have float32 in all these
     double *t, *ahead, *extra; // [n_row][2]
     int capacity;              // rows there is room for
     int pause, next_pause;     // solves left out: still to come, and after the next failure

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Kernels of conjugate directions with Gauss-Seidel sweeps as preconditioner, for one matrix with a
-// coupling; one text for any x86-64 and for AVX2, the same bits. K = L + D + U by lumps, which are
-// single block rows or three rows of a body, whose diagonal block is inverted as a whole.
+// coupling; one text for any x86-64 and for AVX2, the same bits. K = L + D + U by block rows.
 // Eisenstat's trick: (D + L)^-1 K (D + U)^-1 D costs no more than one product with K.
 
 // Sum of the blocks begin .. end - 1 of a row, from the last to the first, so
@@ -33,99 +32,18 @@ static inline void sum_up(const nmm_solver *s, const double *x, int begin, int e
     y[1] = sum[2] + sum[3];
 }
 
-// The same for three rows that have the same columns: `count` blocks of each, from its block `from`
-// on, up or down.
-static inline void sum_three(const nmm_solver *s, const double *x, int row, int from, int count,
-                             int step, double y[6]) {
-    const int start = s->row_start[row], length = s->row_start[row + 1] - start;
-    const double *value = s->wide.value + 4 * (long)start;
-    const int *col = s->col + start;
-    wide_lanes a = {0, 0, 0, 0}, b = {0, 0, 0, 0}, c = {0, 0, 0, 0};
-    for (int i = 0, k = from; i < count; i++, k += step) {
-        const double *block = value + 4 * (long)k;
-        wide_lanes u, v, w;
-        pair_wide pair;
-        memcpy(&u, block, sizeof u);
-        memcpy(&v, block + 4 * (long)length, sizeof v);
-        memcpy(&w, block + 8 * (long)length, sizeof w);
-        memcpy(&pair, x + 2 * (long)col[k], sizeof pair);
-        const wide_lanes both = __builtin_shufflevector(pair, pair, 0, 1, 0, 1);
-        a += u * both;
-        b += v * both;
-        c += w * both;
-    }
-    y[0] = a[0] + a[1];
-    y[1] = a[2] + a[3];
-    y[2] = b[0] + b[1];
-    y[3] = b[2] + b[3];
-    y[4] = c[0] + c[1];
-    y[5] = c[2] + c[3];
-}
-
-// Sums of the blocks behind the diagonal block of a lump, and of those before it.
-static inline void sum_behind(const nmm_solver *s, const nmm_gauss *g, int lump, const double *x,
-                              double sum[6]) {
-    const int row = g->lump * lump, first = g->diagonal[row], end = s->row_start[row + 1];
-    if (g->lump == 3)
-        sum_three(s, x, row, end - 1 - s->row_start[row], end - first - 3, -1, sum);
-    else
-        sum_down(s, x, first + 1, end, sum);
-}
-
-static inline void sum_before(const nmm_solver *s, const nmm_gauss *g, int lump, const double *x,
-                              double sum[6]) {
-    const int row = g->lump * lump, first = g->diagonal[row], begin = s->row_start[row];
-    if (g->lump == 3)
-        sum_three(s, x, row, 0, first - begin, 1, sum);
-    else
-        sum_up(s, x, begin, first, sum);
-}
-
-// y = x - D^-1 sum for a lump of three rows; inverse[6][8] by columns.
-static inline void take_lump_three(const double *inverse, const double *sum, const double *x,
-                                   double *y) {
-    wide_lanes a = {0}, b = {0}, c = {0}, d = {0};
-    for (int j = 0; j < 6; j += 2) {
-        wide_lanes left0, left1, right0, right1;
-        memcpy(&left0, inverse + 8 * j, sizeof left0);
-        memcpy(&left1, inverse + 8 * j + 4, sizeof left1);
-        memcpy(&right0, inverse + 8 * j + 8, sizeof right0);
-        memcpy(&right1, inverse + 8 * j + 12, sizeof right1);
-        a += left0 * sum[j];
-        b += left1 * sum[j];
-        c += right0 * sum[j + 1];
-        d += right1 * sum[j + 1];
-    }
-    a += c;
-    b += d;
-    for (int i = 0; i < 4; i++)
-        y[i] = x[i] - a[i];
-    y[4] = x[4] - b[0];
-    y[5] = x[5] - b[1];
-}
-
-static inline void take_lump_one(const double *inverse, const double *sum, const double *x,
-                                 double *y) {
+// y = x - D^-1 sum.
+static inline void take_row(const double *inverse, const double *sum, const double *x, double *y) {
     y[0] = x[0] - (inverse[0] * sum[0] + inverse[1] * sum[1]);
     y[1] = x[1] - (inverse[2] * sum[0] + inverse[3] * sum[1]);
 }
 
-static inline void take_lump(const nmm_gauss *g, int lump, const double *sum, const double *x,
-                             double *y) {
-    if (g->lump == 3)
-        take_lump_three(g->inverse + 48 * (long)lump, sum, x, y);
-    else
-        take_lump_one(g->inverse + 4 * (long)lump, sum, x, y);
-}
-
 // t = (D + U)^-1 D v.
 static void gauss_backward(const nmm_solver *s, const nmm_gauss *g, const double *v, double *t) {
-    const int m = g->lump;
-    for (int lump = s->n / m - 1; lump >= 0; lump--) {
-        double sum[6];
-        sum_behind(s, g, lump, t, sum);
-        const long at = 2 * (long)m * lump;
-        take_lump(g, lump, sum, v + at, t + at);
+    for (long row = s->n - 1; row >= 0; row--) {
+        double sum[2];
+        sum_down(s, t, g->diagonal[row] + 1, s->row_start[row + 1], sum);
+        take_row(s->wide.inverse + 4 * row, sum, v + 2 * row, t + 2 * row);
     }
 }
 
@@ -133,16 +51,14 @@ static void gauss_backward(const nmm_solver *s, const nmm_gauss *g, const double
 // product. `ahead` becomes y - t.
 static void gauss_forward(const nmm_solver *s, const nmm_gauss *g, const double *v, const double *t,
                           const double *extra, double *ahead, double *y) {
-    const int m = g->lump;
-    for (int lump = 0; lump < s->n / m; lump++) {
-        double sum[6];
-        sum_before(s, g, lump, ahead, sum);
-        const long at = 2 * (long)m * lump;
-        for (int i = 0; i < 2 * m; i++)
-            sum[i] -= extra[at + i];
-        take_lump(g, lump, sum, v + at, y + at);
-        for (int i = 0; i < 2 * m; i++)
-            ahead[at + i] = y[at + i] - t[at + i];
+    for (long row = 0; row < s->n; row++) {
+        double sum[2];
+        sum_up(s, ahead, s->row_start[row], g->diagonal[row], sum);
+        for (int i = 0; i < 2; i++)
+            sum[i] -= extra[2 * row + i];
+        take_row(s->wide.inverse + 4 * row, sum, v + 2 * row, y + 2 * row);
+        for (int i = 0; i < 2; i++)
+            ahead[2 * row + i] = y[2 * row + i] - t[2 * row + i];
     }
 }
 

@@ -18,6 +18,9 @@ static inline int far_row(int n) {
     return n > ROWS_IN_CACHE ? n - 1 : 0;
 }
 
+static nmm_solve_end end_of_sweeps(const nmm_solver *s, const sweeps *plan, sweeps_verdict verdict,
+                                   double norm, bool wide);
+
 #define REAL double
 #define ARRAYS wide
 #define NAME(x) x##_wide

@@ -401,8 +401,10 @@ static double NAME(run_sweeps)(nmm_solver *s, sweeps *plan, double norm, double 
         // Let u be the newest iterate, q the measured one.
         if (n % 2 == 1) NAME(swap_iterates)(s);
         const sweeps_verdict verdict = plan_judge(plan, norm, s->state->sum[0]);
-        if (verdict == SWEEPS_DIVERGE) report->end = NMM_SOLVE_DIVERGED;
-        if (verdict == SWEEPS_STAGNATE && norm > limit) report->end = NMM_SOLVE_STAGNATED;
+        if (verdict != SWEEPS_GO_ON && !(norm <= limit)) {
+            const bool wide = sizeof(REAL) == sizeof(double);
+            report->end = end_of_sweeps(s, plan, verdict, norm, wide);
+        }
         report->by_average_change = norm > limit && report->end == NMM_SOLVE_CONVERGED &&
                                     s->options.stop_average_change && NAME(change_settled)(s);
         if (report->by_average_change) return norm;

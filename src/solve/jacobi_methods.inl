@@ -54,6 +54,20 @@ static int row_of_curvature(const nmm_solver *s) {
     return worst;
 }
 
+// What the verdict on sweeps means, which rounding may have bent; CONVERGED: they go on. `wide`:
+// they are in float64; whatever ends them in float32, float64 goes on.
+static nmm_solve_end end_of_sweeps(const nmm_solver *s, const sweeps *plan, sweeps_verdict verdict,
+                                   double norm, bool wide) {
+    const bool diverges = verdict == SWEEPS_DIVERGE;
+    if (!wide) return diverges ? NMM_SOLVE_DIVERGED : NMM_SOLVE_STAGNATED;
+    if (verdict == SWEEPS_STAGNATE) return NMM_SOLVE_STAGNATED;
+    FETCH(s->wide.u, 2 * (long)s->n);
+    // A recursion of three terms carries each rounding on, up to so many times.
+    const double carried = plan->chebyshev ? sqrt(plan->bounds[1] / plan->bounds[0]) : 1;
+    if (nmm_solver_rounds(s, norm / carried)) return NMM_SOLVE_STAGNATED;
+    return diverges ? NMM_SOLVE_DIVERGED : NMM_SOLVE_CONVERGED;
+}
+
 // --- Kernels that one precision has
 
 // Start of the Lanczos process: r = D^1/2 times fixed pseudo-random numbers, z = D^-1 r; terms of

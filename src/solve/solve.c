@@ -66,7 +66,7 @@ const char *nmm_solve_end_name(nmm_solve_end end) {
     case NMM_SOLVE_NOT_FINITE:
         return "matrix or right-hand side not finite";
     case NMM_SOLVE_STAGNATED:
-        return "stagnated above the tolerance by rounding";
+        return "stagnated above the tolerance (rounding, or singular)";
     case NMM_SOLVE_BAD_PATTERN:
         return "matrix pattern broken";
     }

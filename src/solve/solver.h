@@ -102,6 +102,7 @@ struct nmm_solver {
     int max_row, max_block;
     int max_n; // rows of the iteration there is room for, padding included
     int n_row, n_block, n_thread;
+    long pattern;       // counts those solved for, from 1
     nmm_solve_run *run; // set by the backend that opened it
     const nmm_variant *variant;
     struct nmm_barrier *barrier; // of the host's threads
@@ -188,6 +189,9 @@ void nmm_solver_load_guess(nmm_solver *solver, const double *u);
 /// each with its own order of sums.
 double nmm_solver_first_norm(nmm_solver *solver, const double *u,
                              double (*true_norm)(const nmm_solver *));
+
+/// Is this residual norm no more than what rounding may leave of the terms of f - K u?
+bool nmm_solver_rounds(const nmm_solver *solver, double norm);
 
 /// Row of the caller for a row of the iteration; -1: padding.
 static inline int nmm_solver_row(const nmm_solver *solver, int row) {

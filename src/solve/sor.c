@@ -10,6 +10,13 @@
 
 #define SWEEPS_PER_CHECK 8
 
+// Sweeps between two looks at whether anything is gained, and looks in a row that see no change.
+#define SWEEPS_PER_LOOK 32
+#define IDLE_LOOKS 6
+
+// Change of the residual, as a part of it, that is no change.
+#define STILL 1e-12
+
 // A residual that has grown by this factor has no way back.
 #define BEYOND_ALL_BOUNDS 1e10
 
@@ -50,9 +57,29 @@ static double true_norm(const nmm_solver *s) {
     return sqrt(sum);
 }
 
+// What a run gains, looked at every few sweeps.
+typedef struct progress {
+    double mark, lowest; // residual at the last look, smallest so far
+    int n_idle, n_still; // looks in a row that saw no new lowest, and no change
+} progress;
+
+// Rounding has the last word, or what is left cannot be solved for.
+static bool stagnates(const nmm_solver *s, progress *run, int iterations, double norm) {
+    if (iterations % SWEEPS_PER_LOOK != 0) return false;
+    run->n_still = fabs(norm - run->mark) <= STILL * norm ? run->n_still + 1 : 0;
+    run->n_idle = norm < run->lowest ? 0 : run->n_idle + 1;
+    run->lowest = nmm_min(norm, run->lowest);
+    run->mark = norm;
+    if (run->n_still == IDLE_LOOKS) return true;
+    if (run->n_idle < IDLE_LOOKS) return false;
+    run->n_idle = 0;
+    return nmm_solver_rounds(s, norm);
+}
+
 double nmm_sor_run(nmm_solver *solver, const double *u, nmm_solve_report *report) {
     const nmm_solve_options *o = &solver->options;
     double norm = nmm_solver_first_norm(solver, u, true_norm);
+    progress run = {.mark = norm, .lowest = norm};
     while (!(norm <= solver->limit)) {
         const int n = nmm_min_int(SWEEPS_PER_CHECK, o->max_iterations - report->iterations);
         if (n == 0) report->end = NMM_SOLVE_TOO_SLOW;
@@ -66,6 +93,9 @@ double nmm_sor_run(nmm_solver *solver, const double *u, nmm_solve_report *report
         report->by_average_change =
             norm > solver->limit && o->stop_average_change && sum[0] <= o->tolerance * sum[1];
         if (report->by_average_change) break;
+        if (norm > solver->limit && stagnates(solver, &run, report->iterations, norm)) {
+            report->end = NMM_SOLVE_STAGNATED;
+        }
     }
     return norm;
 }

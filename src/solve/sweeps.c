@@ -15,8 +15,15 @@
 // Windows in a row that gain nothing: rounding has the last word.
 #define IDLE_WINDOWS 6
 
-// A residual that has grown by this factor has no way back.
-#define BEYOND_ALL_BOUNDS 1e10
+// Change of the residual in a window, as a part of it, that is no change: what is left cannot be
+// solved. The slowest part that converges changes more under a fixed damping, and swings through
+// more under Chebyshev's weights.
+#define STILL 1e-12
+#define STILL_SWING 1e-9
+
+// Where r.D^-1 r has grown by this factor there is no way back. |r| may grow as much for a while
+// where the scales of rows lie far apart.
+#define BEYOND_ALL_BOUNDS 1e20
 
 // Growth of r.D^-1 r that only an eigenvalue above the bounds can cause, rounding cannot.
 #define GROWTH 4
@@ -29,10 +36,11 @@ void plan_start(sweeps *plan, double norm, double weighted) {
     plan->began = weighted;
     plan->n_since = 0;
     plan->lowest = weighted;
-    plan->largest = BEYOND_ALL_BOUNDS * norm;
-    plan->mark = norm;
+    plan->largest = BEYOND_ALL_BOUNDS * weighted;
+    plan->mark = plan->chebyshev ? norm : weighted;
     plan->n_window = 0;
     plan->n_idle = 0;
+    plan->n_still = 0;
 }
 
 static void next_weights(sweeps *plan, double weight[2]) {
@@ -112,15 +120,22 @@ static void correct_bounds(sweeps *plan, double weighted) {
 }
 
 sweeps_verdict plan_judge(sweeps *plan, double norm, double weighted) {
-    if (!(norm <= plan->largest)) return SWEEPS_DIVERGE;
+    if (!(weighted <= plan->largest && norm < INFINITY)) return SWEEPS_DIVERGE;
     // For a fixed damping r.D^-1 r is a sum of powers of the number of sweeps, which is convex:
     // once it has grown, it grows for ever.
     if (!plan->chebyshev && !(weighted <= 2 * plan->lowest)) return SWEEPS_DIVERGE;
     plan->lowest = nmm_min(plan->lowest, weighted);
     if (plan->n_window < WINDOW) return SWEEPS_GO_ON;
-    plan->n_idle = norm < plan->mark ? 0 : plan->n_idle + 1;
+    // |r| may grow for a while under a fixed damping that converges; r.D^-1 r may not.
+    const double measure = plan->chebyshev ? norm : plan->lowest;
+    plan->n_idle = measure < plan->mark ? 0 : plan->n_idle + 1;
+    const double still = (plan->chebyshev ? STILL_SWING : STILL) * measure;
+    plan->n_still = fabs(measure - plan->mark) <= still ? plan->n_still + 1 : 0;
     if (plan->chebyshev) correct_bounds(plan, weighted);
-    plan->mark = norm;
+    plan->mark = measure;
     plan->n_window = 0;
-    return plan->n_idle < IDLE_WINDOWS ? SWEEPS_GO_ON : SWEEPS_STAGNATE;
+    if (plan->n_still == IDLE_WINDOWS) return SWEEPS_STAGNATE;
+    if (plan->n_idle < IDLE_WINDOWS) return SWEEPS_GO_ON;
+    plan->n_idle = 0;
+    return plan->chebyshev ? SWEEPS_DOUBT : SWEEPS_STAGNATE;
 }

@@ -16,10 +16,12 @@ typedef struct sweeps {
     double began;     // r.D^-1 r when the recursion began
     int n_since;      // sweeps since then
     double lowest;    // smallest r.D^-1 r so far
-    double largest;   // residual beyond which there is no way back
-    double mark;      // residual when the window of sweeps that is watched began
+    double largest;   // r.D^-1 r beyond which there is no way back
+    double mark;      // what must fall, when the window of sweeps that is watched began: the
+                      // residual, or for a fixed damping `lowest`
     int n_window;     // sweeps in it
     int n_idle;       // windows in a row that gained nothing
+    int n_still;      // windows in a row that changed nothing
 } sweeps;
 
 /// Begin, with the residual norm and r.D^-1 r of the first iterate.
@@ -28,10 +30,16 @@ void plan_start(sweeps *plan, double norm, double weighted);
 /// Weights {old direction, D^-1 r} of the next n sweeps.
 void plan_batch(sweeps *plan, int n, double (*weight)[2]);
 
-typedef enum sweeps_verdict { SWEEPS_GO_ON, SWEEPS_DIVERGE, SWEEPS_STAGNATE } sweeps_verdict;
+/// DOUBT: nothing is gained, by rounding or because parts of the residual swing slowly.
+typedef enum sweeps_verdict {
+    SWEEPS_GO_ON,
+    SWEEPS_DIVERGE,
+    SWEEPS_STAGNATE,
+    SWEEPS_DOUBT
+} sweeps_verdict;
 
 /// Take note of residual norm and r.D^-1 r after a batch. May correct the bounds of Chebyshev and
-/// begin anew.
+/// begin anew. Rounding can look like divergence as well: who asks must find out.
 sweeps_verdict plan_judge(sweeps *plan, double norm, double weighted);
 
 #endif

@@ -123,6 +123,8 @@ static void remove_held(nmm_system *system, int c) {
 // The functions below take m, the functions of an element: where it is a constant, their loops are
 // straight code.
 
+typedef double pair __attribute__((vector_size(16)));
+
 // Derivatives of the gap, [2 m][2]; behind them those of the slip, then both stiffnesses.
 static inline double *spring_of(const nmm_system *system, int p, int m) {
     return system->spring + nmm_spring_size(m) * (long)p;
@@ -201,21 +203,52 @@ static inline void put_row(nmm_system *system, int q, int i, int m, const double
     }
 }
 
+// Adds direction x of cover i of all closed springs of couple q to the blocks `slot`: sums stay in
+// registers where m is a constant.
+static inline __attribute__((always_inline)) void add_direction(nmm_system *system, int q, int i,
+                                                                int x, int m) {
+    const nmm_couples *couples = &system->couples;
+    double *value = system->K.value;
+    const int *slot = couples->slot + 2 * m * (2 * m * (long)q + i);
+    const int at = 2 * i + x;
+    pair sum[2 * NMM_MOST_LOCAL];
+    for (int j = 0; j < 2 * m; j++)
+        sum[j] = (pair){0, 0};
+    for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
+        if (system->spring_mode[p] == NMM_CONTACT_OPEN) continue;
+        const double *normal = spring_of(system, p, m), *shear = normal + 4 * m;
+        const double across = normal[8 * m] * normal[at], along = normal[8 * m + 1] * shear[at];
+        for (int j = 0; j < 2 * m; j++) {
+            pair n, s;
+            memcpy(&n, normal + 2 * j, sizeof n);
+            memcpy(&s, shear + 2 * j, sizeof s);
+            sum[j] += across * n + along * s;
+        }
+    }
+    for (int j = 0; j < 2 * m; j++) {
+        double *row = value + 4 * (long)slot[j] + 2 * x;
+        pair old;
+        memcpy(&old, row, sizeof old);
+        old += sum[j];
+        memcpy(row, &old, sizeof old);
+    }
+}
+
+static bool any_closed(const nmm_system *system, int q) {
+    const nmm_couples *couples = &system->couples;
+    for (int p = couples->start[q]; p < couples->start[q + 1]; p++)
+        if (system->spring_mode[p] != NMM_CONTACT_OPEN) return true;
+    return false;
+}
+
 // Springs of all couples of row c, added up couple by couple.
 static inline void add_couples(nmm_system *system, int c, int m) {
     const nmm_couples *couples = &system->couples;
     for (int k = couples->cover_start[c]; k < couples->cover_start[c + 1]; k++) {
         const int q = couples->cover_couple[k] / (2 * m), i = couples->cover_couple[k] % (2 * m);
-        double row[8 * NMM_MOST_LOCAL];
-        for (int j = 0; j < 8 * m; j++)
-            row[j] = 0;
-        bool any = false;
-        for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-            if (system->spring_mode[p] == NMM_CONTACT_OPEN) continue;
-            add_spring(spring_of(system, p, m), i, 1, m, row);
-            any = true;
-        }
-        if (any) put_row(system, q, i, m, row);
+        if (!any_closed(system, q)) continue;
+        add_direction(system, q, i, 0, m);
+        add_direction(system, q, i, 1, m);
     }
 }
 

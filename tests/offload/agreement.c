@@ -102,6 +102,9 @@ static const variant variants[] = {
     {"chebyshev, odd", WALL, CHEBYSHEV, CLUSTER, 1e-7, .keep = true, .most = 11,
      .end = NMM_SOLVE_TOO_SLOW},
 
+    {"chebyshev, beyond rounding", WALL, CHEBYSHEV, CLUSTER, 1e-25, .keep = true,
+     .end = NMM_SOLVE_STAGNATED},
+
     {"jacobi", WALL, JACOBI, COVER, 1e-1, .keep = true},
     {"jacobi, clusters", WALL, JACOBI, CLUSTER, 1e-1, .keep = true},
     {"jacobi, mixed", WALL, JACOBI, COVER, 1e-1, .keep = true, .mixed = true},

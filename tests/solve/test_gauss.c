@@ -79,9 +79,9 @@ static void set_up_rock(fixture *x, double strength) {
     open_solver(x, strength);
 }
 
-// A chain of bodies with three rows each, all of whose blocks are there.
-static void set_up_threes(fixture *x, int n_body, double strength) {
-    *x = (fixture){.context.n_thread = 1};
+// Bodies with three rows each, all of whose blocks are there, each joined to the one `reach`
+// before.
+static void build_threes(fixture *x, int n_body, int reach) {
     nmm_random random = nmm_random_seed(9);
     triplets list = {0};
     for (int row = 0; row < 3 * n_body; row++) {
@@ -91,9 +91,9 @@ static void set_up_threes(fixture *x, int n_body, double strength) {
             triplets_add(&x->context, &list, row, col, block);
             if (col < row) triplets_add(&x->context, &list, col, row, block);
         }
-        if (row < 3) continue;
+        if (row < 3 * reach) continue;
         for (int i = 0; i < 3; i++) {
-            const int col = row - row % 3 - 3 + i;
+            const int col = row - row % 3 - 3 * reach + i;
             const double part = i == row % 3 ? 1 : 0.1;
             const double far[4] = {-2 * part, 0.3 * part, 0.3 * part, -part};
             triplets_add(&x->context, &list, row, col, far);
@@ -103,6 +103,12 @@ static void set_up_threes(fixture *x, int n_body, double strength) {
     test_system_build(&x->context, &x->system, &list, 3 * n_body);
     for (int i = 0; i < 6 * n_body; i++)
         x->system.f[i] = between(&random);
+}
+
+// A chain of such bodies.
+static void set_up_threes(fixture *x, int n_body, double strength) {
+    *x = (fixture){.context.n_thread = 1};
+    build_threes(x, n_body, 1);
     open_solver(x, strength);
     for (int row = 0; row < 3 * n_body; row++)
         x->body[row] = row / 3;
@@ -213,6 +219,65 @@ static void test_solved_by_the_factor_kept(void **unused) {
     }
 }
 
+// While solves are left out the pattern may change.
+static void test_knows_a_pattern_that_came_in_a_pause(void **unused) {
+    (void)unused;
+    fixture x;
+    set_up_threes(&x, 40, 0.5);
+    expect_solved_by(&x, NMM_GAUSS_SWEEPS);
+    test_system_destroy(&x.context, &x.system);
+    build_threes(&x, 40, 7);
+    couple(&x, 0.5, 6);
+    x.solver->gauss->pause = 1;
+    solve(&x);
+    assert_false(x.report.coupled);
+    assert_int_equal(nmm_solve_host()->solve(&x.context, x.solver, &x.system.K, x.system.f, x.u,
+                                             true, &x.options, &x.report),
+                     NMM_OK);
+    assert_true(x.report.coupled);
+    assert_int_equal(x.report.method, NMM_SOLVE_PCG);
+    assert_true(residual_with_coupling(&x) <= 1e-9);
+    tear_down(&x);
+}
+
+// Terms whose rows are not those of two bodies, and rows of any scale.
+static void test_solves_what_lumps_are_not_made_for(void **unused) {
+    (void)unused;
+    fixture x;
+    set_up_threes(&x, 50, 0.5);
+    for (int i = 0; i < 6; i++)
+        x.row[3][i] = 3 * i + 1;
+    expect_solved_by(&x, NMM_GAUSS_SWEEPS);
+    assert_int_equal(x.solver->gauss->lump, 1);
+    tear_down(&x);
+}
+
+static void test_sweeps_hold_rows_of_any_scale(void **unused) {
+    (void)unused;
+    fixture x;
+    set_up_threes(&x, 50, 0.3);
+    const nmm_bsr *K = &x.system.K;
+    for (int row = 0; row < K->n_row; row++) {
+        // Bodies from 1e-60 to 1e60; f grows with the rows, u shrinks.
+        const double own = ldexp(1, row / 3 % 5 * 100 - 200);
+        for (int k = K->row_start[row]; k < K->row_start[row + 1]; k++)
+            for (int i = 0; i < 4; i++)
+                K->value[4 * (long)k + i] *= own * ldexp(1, K->col[k] / 3 % 5 * 100 - 200);
+    }
+    for (int k = 0; k < N_TERM; k++)
+        for (int i = 0; i < 12; i++) {
+            const double own = ldexp(1, x.row[k][i / 2] / 3 % 5 * 100 - 200);
+            x.push[k][i / 2][i % 2] *= own;
+            x.pull[k][i / 2][i % 2] *= own;
+        }
+    // Stiffest bodies alone are loaded: their residual is what is asked for.
+    for (int i = 0; i < 2 * K->n_row; i++)
+        x.system.f[i] *= i / 6 % 5 == 4 ? ldexp(1, 200) : 0;
+    expect_solved_by(&x, NMM_GAUSS_SWEEPS);
+    assert_int_equal(x.solver->gauss->lump, 3);
+    tear_down(&x);
+}
+
 static void test_without_terms_it_is_the_symmetric_system(void **unused) {
     (void)unused;
     fixture x;
@@ -310,6 +375,9 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_solved_by_sweeps_and_by_the_factor),
         cmocka_unit_test(test_solved_by_the_factor_kept),
+        cmocka_unit_test(test_knows_a_pattern_that_came_in_a_pause),
+        cmocka_unit_test(test_solves_what_lumps_are_not_made_for),
+        cmocka_unit_test(test_sweeps_hold_rows_of_any_scale),
         cmocka_unit_test(test_without_terms_it_is_the_symmetric_system),
         cmocka_unit_test(test_same_bits_on_any_number_of_threads),
         cmocka_unit_test(test_goes_without_what_has_no_solution),

@@ -6,9 +6,10 @@
 #include "systems.h"
 #include "test.h"
 
-static const nmm_solve_method methods[] = {NMM_SOLVE_JACOBI, NMM_SOLVE_PCG, NMM_SOLVE_SOR,
-                                           NMM_SOLVE_GAUSS_SEIDEL, NMM_SOLVE_DIRECT};
-#define N_METHOD 5
+static const nmm_solve_method methods[] = {NMM_SOLVE_JACOBI, NMM_SOLVE_PCG,
+                                           NMM_SOLVE_SOR,    NMM_SOLVE_GAUSS_SEIDEL,
+                                           NMM_SOLVE_DIRECT, NMM_SOLVE_CHEBYSHEV};
+#define N_METHOD 6
 #define N_ROW 30
 
 typedef struct fixture {
@@ -247,6 +248,101 @@ static void test_plain_jacobi(void **state) {
     assert_int_equal(context.n_live, 0);
 }
 
+// --- Slow, ended by rounding, without a solution
+
+static const nmm_solve_method by_sweeps[] = {NMM_SOLVE_JACOBI, NMM_SOLVE_CHEBYSHEV, NMM_SOLVE_SOR,
+                                             NMM_SOLVE_GAUSS_SEIDEL};
+
+// The end of a solve from u = 0 on 2x2 blocks, to a tolerance within so many iterations (0:
+// chosen).
+static nmm_solve_report end_of(test_system *system, nmm_solve_method method, double tolerance,
+                               int most) {
+    nmm_context context = {.n_thread = 1};
+    nmm_solver *solver = NULL;
+    double *u = NULL;
+    nmm_solve_report report;
+    const nmm_solve_options options = {.method = method,
+                                       .blocks = NMM_BLOCKS_COVER,
+                                       .tolerance = tolerance,
+                                       .max_iterations = most};
+    assert_int_equal(nmm_allocate(&context, &u, (size_t)system->K.n_row, 2 * sizeof *u), NMM_OK);
+    assert_int_equal(nmm_solve_host()->open(&context, &solver, system->K.n_row, system->n_block),
+                     NMM_OK);
+    assert_int_equal(nmm_solve_host()->solve(&context, solver, &system->K, system->f, u, false,
+                                             &options, &report),
+                     NMM_OK);
+    // Where rounding is all there is, two ways to sum it differ.
+    assert_near(report.residual, test_true_residual(system, u), 0.5 * report.residual);
+    nmm_solve_host()->close(&context, &solver);
+    nmm_release(&context, &u);
+    return report;
+}
+
+// Consistent mass and a long step: |f - K u| grows for hundreds of sweeps of damped Jacobi, which
+// converges all the same. Cut short it was too slow; asked for what numbers cannot hold it
+// stagnates, and the residual is what rounding leaves.
+static void test_slow_is_not_stagnated(void **state) {
+    (void)state;
+    nmm_context context = {.n_thread = 1};
+    test_system system = {0};
+    const rock wall = {
+        .n_across = 3, .n_up = 2, .n_node = 4, .courant = 10, .spring = 50, .seed = 2};
+    test_system_rock(&context, &system, &wall);
+    for (int k = 0; k < 4; k++) {
+        const nmm_solve_report slow = end_of(&system, by_sweeps[k], 1e-6, 0);
+        assert_int_equal(slow.end, NMM_SOLVE_CONVERGED);
+        const nmm_solve_report cut = end_of(&system, by_sweeps[k], 1e-6, slow.iterations / 2);
+        assert_int_equal(cut.end, NMM_SOLVE_TOO_SLOW);
+        const nmm_solve_report rounded = end_of(&system, by_sweeps[k], 1e-30, 0);
+        assert_int_equal(rounded.end, NMM_SOLVE_STAGNATED);
+        assert_true(rounded.residual < 1e-8);
+    }
+    test_system_destroy(&context, &system);
+    assert_int_equal(context.n_live, 0);
+}
+
+// Rows whose scales lie 12 decades apart: rounding makes r.D^-1 r swing far up, long after it was
+// small. No method diverges.
+static void test_rounding_is_not_divergence(void **state) {
+    (void)state;
+    nmm_context context = {.n_thread = 1};
+    test_system system = {0};
+    test_system_chain(&context, &system, 60, true);
+    double scale[120];
+    for (int i = 0; i < 60; i++)
+        scale[2 * i] = scale[2 * i + 1] = pow(10, (i * 37) % 60 / 5.0 - 6);
+    test_system_scale(&system, scale);
+    for (int i = 0; i < 120; i++)
+        system.f[i] = 1;
+    for (int k = 0; k < 4; k++) {
+        if (by_sweeps[k] == NMM_SOLVE_SOR) continue;
+        assert_int_equal(end_of(&system, by_sweeps[k], 1e-10, 0).end, NMM_SOLVE_STAGNATED);
+    }
+    test_system_destroy(&context, &system);
+    assert_int_equal(context.n_live, 0);
+}
+
+// A chain held nowhere, pulled one way: what no displacement can balance stays, and the sweeps end
+// long before the iterations allowed. Chebyshev's may swing on, and are too slow then.
+static void test_no_solution(void **state) {
+    (void)state;
+    nmm_context context = {.n_thread = 1};
+    test_system system = {0};
+    test_system_chain(&context, &system, 20, false);
+    for (int i = 0; i < 40; i++)
+        system.f[i] = 1 + i % 3;
+    for (int k = 0; k < 4; k++) {
+        const nmm_solve_report report = end_of(&system, by_sweeps[k], 1e-6, 0);
+        assert_true(report.residual > 0.1);
+        assert_int_not_equal(report.end, NMM_SOLVE_CONVERGED);
+        if (by_sweeps[k] == NMM_SOLVE_CHEBYSHEV) continue;
+        assert_int_equal(report.end, NMM_SOLVE_STAGNATED);
+        assert_in_range(report.iterations, 100, 50000);
+    }
+    test_system_destroy(&context, &system);
+    assert_int_equal(context.n_live, 0);
+}
+
 // --- Arguments and memory
 
 static void expect_refused(const nmm_solve_options *options) {
@@ -351,6 +447,9 @@ int main(void) {
         cmocka_unit_test(test_negative_curvature),
         cmocka_unit_test(test_floating_block),
         cmocka_unit_test(test_plain_jacobi),
+        cmocka_unit_test(test_slow_is_not_stagnated),
+        cmocka_unit_test(test_rounding_is_not_divergence),
+        cmocka_unit_test(test_no_solution),
         cmocka_unit_test(test_options_out_of_range),
         cmocka_unit_test(test_larger_than_opened),
         cmocka_unit_test(test_no_memory),

@@ -10,8 +10,8 @@ peers     our methods and other libraries' on each system, in at most 20 s each 
 long      the same for systems of 200 000 and 10^6 unknowns; only with --long
 family    the plain methods without acceleration, on small systems
 threads   a solve on one thread and on two, beside what the machine allows two threads
-sweeps    memory bandwidth of a sweep; cost of sums in a fixed order
-jacobi    Jacobi's region of convergence over dt
+sweeps    memory bandwidth of a sweep; cost of sums in a fixed order, and of unfused multiply-add
+jacobi    Jacobi's region of convergence over dt; the fifteen scenes of the paper
 contacts  numbers of contacts and penalties
 runs      the first 100 steps of each shipped scene with each choice of solver
 write     tables and pictures from all results that are there
@@ -38,6 +38,10 @@ ROCK = os.path.join(HERE, "rock.yaml")
 # Shipped scenes: a step in the middle of the run.
 SCENES = {"incline": 200, "strut": 250, "arch": 845, "wall": 1250, "slope": 507, "beam": 500,
           "dam": 100}
+PAPER = {"strut_whole": 175, "strut_joint": 175, "push_block": 1500, "ball_plates": 100,
+         "ring_strut": 300, "ring_voussoirs": 375, "rings_halfplane": 200, "arch_abutments": 625,
+         "arch_columns": 650, "slope_joint": 1000, "slope_circular": 250, "beam_18": 500,
+         "beam_44": 400, "dam_joints_a": 200, "dam_joints_b": 250}
 # Jointed rock: name -> size of covers [m], spacings of the two joint sets [m].
 ROCKS = {"rock-200": (13.3, 11.5, 11), "rock-500": (5.6, 6.8, 8.2), "rock-1000": (3.6, 4.8, 5.7),
          "rock-2200": (2.15, 3.3, 3.9), "rock-20k": (0.54, 1.4, 1.65),
@@ -47,8 +51,8 @@ COURANTS = ("0.3", "1", "10", "1e5")
 # Near dynamics, near statics.
 LONG_COURANTS = ("1", "1e5")
 # What is sensible at these sizes, ours first; those that can use two threads are tried with both.
-LONG_METHODS = ("auto", "direct", "pcg-cluster", "pcg-body", "cholmod", "mumps", "petsc-cg-2x2",
-                "petsc-cg-icc1", "petsc-cg-icc3", "petsc-gamg", "eigen-cg-icc")
+LONG_METHODS = ("auto", "direct", "pcg-cover", "pcg-cluster", "pcg-body", "cholmod", "mumps",
+                "petsc-cg-2x2", "petsc-cg-icc1", "petsc-cg-icc3", "petsc-gamg", "eigen-cg-icc")
 # From 20 000 unknowns on each method runs by itself, so that one that finds no end costs the others
 # nothing: seconds for a method and a system, reading and analysis included; GiB of addresses.
 ALONE_SECONDS = {"rock-20k": 20, "rock-200k": 20, "rock-1M": 60}
@@ -61,11 +65,20 @@ WAVE_SPEED = 1549.2
 WARM_STEPS = 3
 REGION = ("1e-3", "3e-3", "0.01", "0.02", "0.03", "0.04", "0.05", "0.06", "0.08", "0.1", "0.2",
           "0.5", "1", "3", "10", "100", "1e3", "1e4", "1e5")
+# The paper's scenes at their own dt, and at shorter ones; mass is consistent unless told otherwise.
+PAPER_STEPS = (("own", 0, ()), ("C0.3", 0.3, ()), ("C0.03", 0.03, ()),
+               ("lumped_C0.3", 0.3, ("analysis.mass=lumped",)),
+               ("lumped_C0.03", 0.03, ("analysis.mass=lumped",)))
 PENALTIES = ("1", "10", "100", "1000")
 # Spacing of the joints as a multiple of rock-2200's; the covers stay.
 SPACINGS = ("8", "4", "2", "1", "0.7")
 # Methods without acceleration, which take seconds where others take milliseconds.
 PLAIN = ("jacobi-cover", "jacobi-cluster", "jacobi-plain", "sor", "gauss-seidel")
+
+
+def scene_of(name):
+    folder = os.path.join("paper", name) if name in PAPER else name
+    return os.path.join(ROOT, "examples", folder, "scene.yaml")
 
 
 class Bench:
@@ -105,10 +118,9 @@ class Bench:
 
     def all_systems(self):
         files = {}
-        for scene, step in SCENES.items():
+        for scene, step in (SCENES | PAPER).items():
             if self.wanted(scene):
-                path = os.path.join(ROOT, "examples", scene, "scene.yaml")
-                files[scene] = self.dump(scene, path, step, 0)
+                files[scene] = self.dump(scene, scene_of(scene), step, 0)
         for rock in (name for name in ROCKS if name not in LONG):
             for courant in COURANTS:
                 name = f"{rock}_C{courant}"
@@ -170,7 +182,7 @@ class Bench:
                 if not self.wanted(name):
                     continue
                 path = self.rock(name, rock, courant)
-                self.solve_in_turn(name, path, LONG_METHODS, "-b", 1, "-x", "mixed")
+                self.solve_in_turn(name, path, LONG_METHODS, "-b", 1)
 
     def run_family(self):
         only = [word for name in PLAIN for word in ("-o", name)]
@@ -189,12 +201,18 @@ class Bench:
         files = [self.rock(f"{rock}_C1", rock, "1") for rock in sizes]
         self.keep("bandwidth", self.call("bench_sweeps", "bandwidth", *files[1:]))
         self.keep("sums", self.call("bench_sweeps", "sums", *files))
+        direct = [self.rock(f"{rock}_C1", rock, "1")
+                  for rock in ("rock-500", "rock-1000", "rock-2200", "rock-20k")]
+        self.keep("fused", self.call("bench_sweeps", "fused", *direct))
 
     def run_jacobi(self):
         files = [self.rock(f"region_{mass}_C{courant}", "rock-1000", courant,
                            [f"analysis.mass={mass}"])
                  for mass in ("lumped", "consistent") for courant in REGION]
         self.keep("jacobi", self.call("bench_sweeps", "jacobi", *files))
+        scenes = [self.dump(f"{scene}-{name}", scene_of(scene), step, courant, settings)
+                  for scene, step in PAPER.items() for name, courant, settings in PAPER_STEPS]
+        self.keep("paper", self.call("bench_sweeps", "jacobi", *scenes))
 
     def run_contacts(self):
         penalties = [self.rock(f"penalty_{penalty}_C{courant}", "rock-2200", courant,
@@ -209,11 +227,10 @@ class Bench:
 
     def run_runs(self):
         lines = []
-        for scene in SCENES:
+        for scene in SCENES | PAPER:
             if not self.wanted(scene):
                 continue
-            path = os.path.join(ROOT, "examples", scene, "scene.yaml")
-            lines.append(self.call("bench_runs", path, self.given.steps, 1, 3))
+            lines.append(self.call("bench_runs", scene_of(scene), self.given.steps, 1, 3))
             print(scene, flush=True)
         self.keep("runs", "".join(lines).replace(os.path.join(ROOT, "examples", ""), ""))
 

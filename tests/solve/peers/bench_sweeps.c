@@ -9,8 +9,11 @@
 //                                  nothing to do with each other, which is what the machine allows
 // bench_sweeps sums FILE...        a sum in fixed chunks beside OpenMP's own, and beside one
 //                                  iteration of pcg, which has two sums
+// bench_sweeps fused FILE...       numbers of the direct method's factor as the program makes them,
+//                                  and with multiply and add fused, which has other bits
 
 #include "bench.h"
+#include "factor.h"
 #include "solve.h"
 
 #include <math.h>
@@ -20,6 +23,8 @@
 #include <string.h>
 
 #define ROUNDS 7
+#define MOST_ROUNDS 199
+#define LONG_TURNS 4.0 // s
 #define SWEEPS 200000
 
 typedef struct ours {
@@ -69,6 +74,11 @@ static double median(double *x, int n) {
         }
     }
     return 0.5 * (x[n / 2] + x[(n - 1) / 2]);
+}
+
+// As many as fit into the time, within limits.
+static int affordable(double seconds, int least, int most) {
+    return nmm_max_int(least, (int)nmm_min(LONG_TURNS / seconds, most));
 }
 
 // --- Bandwidth
@@ -203,6 +213,38 @@ static void sums(const bench_system *s, const char *path) {
     close_ours(&o);
 }
 
+// --- Cost of separate multiplication and addition
+
+extern const nmm_factor_kernels nmm_factor_fused;
+
+// Seconds to make the numbers of a factor.
+static double time_factor(const nmm_factor_kernels *kernels, nmm_factor *factor, const nmm_bsr *K) {
+    const double start = nmm_clock();
+    if (kernels->make(factor, K->value) >= 0) fprintf(stderr, "not positive definite\n"), exit(1);
+    return nmm_clock() - start;
+}
+
+static void fused(const bench_system *s, const char *path) {
+    // Both by the same instructions but for the fused ones.
+    if (nmm_factor_fastest() != &nmm_factor_avx512) return;
+    ours o;
+    nmm_factor factor = {0};
+    open_ours(&o, s);
+    must(&o.context, nmm_factor_analyse(&o.context, &factor, &o.K, s->place));
+    must(&o.context, nmm_factor_reserve(&o.context, &factor, 1));
+    const double first = time_factor(&nmm_factor_avx512, &factor, &o.K);
+    const int n = affordable(first, ROUNDS, MOST_ROUNDS);
+    double apart[MOST_ROUNDS], together[MOST_ROUNDS];
+    for (int k = 0; k < n; k++) {
+        apart[k] = time_factor(&nmm_factor_avx512, &factor, &o.K);
+        together[k] = time_factor(&nmm_factor_fused, &factor, &o.K);
+    }
+    printf("fused\t%s\t%d\t%.4g\t%.4g\n", path, 2 * s->n_row, 1e6 * median(apart, n),
+           1e6 * median(together, n));
+    nmm_factor_destroy(&o.context, &factor);
+    close_ours(&o);
+}
+
 // --- Two threads
 
 // Solves that a solver needs until it has learned what is fast, and rounds after them; at least,
@@ -211,7 +253,6 @@ static void sums(const bench_system *s, const char *path) {
 #define LEARNED_AT_LEAST 4
 #define TURNS 15
 #define TURNS_AT_LEAST 3
-#define LONG_TURNS 4.0 // s
 
 // Conjugate gradients alone are for steps up to this Courant number.
 #define DYNAMIC 10
@@ -245,11 +286,6 @@ static double solve_both(ours pair[2], const nmm_solve_options *options) {
         solve_again(&pair[k], options, &report);
     }
     return nmm_clock() - start;
-}
-
-// As many as fit into the time, within limits.
-static int affordable(double seconds, int least, int most) {
-    return nmm_max_int(least, (int)nmm_min(LONG_TURNS / seconds, most));
 }
 
 // Solvers that have learned what they can; seconds of a solve on one thread.
@@ -297,13 +333,17 @@ int main(int argc, char **argv) {
     static const struct {
         const char *name;
         void (*run)(const bench_system *system, const char *path);
-    } part[] = {{"bandwidth", bandwidth}, {"jacobi", jacobi}, {"threads", threads}, {"sums", sums}};
+    } part[] = {{"bandwidth", bandwidth},
+                {"jacobi", jacobi},
+                {"threads", threads},
+                {"sums", sums},
+                {"fused", fused}};
     void (*run)(const bench_system *system, const char *path) = NULL;
     for (size_t k = 0; argc > 2 && k < sizeof part / sizeof *part; k++) {
         if (strcmp(argv[1], part[k].name) == 0) run = part[k].run;
     }
     if (run == NULL) {
-        fprintf(stderr, "usage: bench_sweeps bandwidth|jacobi|threads|sums FILE...\n");
+        fprintf(stderr, "usage: bench_sweeps bandwidth|jacobi|threads|sums|fused FILE...\n");
         return 2;
     }
     for (int k = 2; k < argc; k++) {

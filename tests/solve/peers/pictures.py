@@ -13,6 +13,10 @@ matplotlib.rcParams.update({"svg.hashsalt": "nmm", "svg.fonttype": "none", "font
 import matplotlib.pyplot as pyplot  # noqa: E402  (after the choice of output)
 
 
+def title(courant):
+    return "C = 1e5" if courant == 1e5 else f"C = {courant:g}"
+
+
 def save(figure, folder, name):
     os.makedirs(folder, exist_ok=True)
     for frame in figure.axes:
@@ -38,7 +42,7 @@ def peers(results, folder):
             points = [(g.order, pick(g).ms) for g in here if pick(g)]
             if points:
                 frame.loglog(*zip(*points), style, label=label)
-        frame.set_title(f"C = {courant:g}")
+        frame.set_title(title(courant))
         frame.set_xlabel("unknowns")
     frames[0][0].set_ylabel("ms a solve, one thread")
     frames[0][0].legend()
@@ -67,7 +71,8 @@ def jacobi(results, folder):
     left.axhline(2, color="black", linewidth=1)
     left.set_ylim(bottom=0)
     left.set_ylabel("lambda_max; plain Jacobi needs < 2")
-    right.set_ylabel("sweeps to 1e-6")
+    right.set_ylabel("sweeps to 1e-6; none where it diverges")
+    figure.suptitle("rock-1000, one step", fontsize=9)
     for frame in (left, right):
         frame.set_xlabel("C = c_p dt / h")
         frame.legend()
@@ -87,7 +92,7 @@ def iterations(results, folder):
             points = [(g.order, g.get(method).iterations) for g in here if g.get(method)]
             if points:
                 frame.loglog(*zip(*points), style, label=method)
-        frame.set_title(f"C = {courant:g}")
+        frame.set_title(title(courant))
         frame.set_xlabel("unknowns")
     frames[0].set_ylabel("iterations to 1e-6")
     frames[0].legend(fontsize=7)

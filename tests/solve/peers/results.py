@@ -43,9 +43,11 @@ class Group:
         """Why there is no time, in a word or two: for a method that ran by itself."""
         notes = [c.note for c in self.cells if c.method == method and c.ms is None]
         note = notes[0] if notes else ""
-        late = re.match(r"(?:> |left out: took )(\d+) s", note)
+        late = re.match(r"> (\d+) s", note)
         if late:
             return f"> {late.group(1)} s"
+        if note.startswith("left out"):
+            return "left out"
         return "memory" if "memory" in note else "-"
 
     def best(self, family, threads=1):

@@ -14,6 +14,7 @@ OURS = ("pcg-cover", "pcg-cluster", "pcg-body", "chebyshev-cover", "chebyshev-cl
 # What the project asks of itself.
 PAPER_SIZE = 3000
 TIMES_FASTER = 3
+AUTO_MAY_LOSE = 1.15
 
 
 def table(head, rows):
@@ -41,8 +42,17 @@ def ratio(numerator, denominator):
     """Peer over ours; bold where ours loses."""
     if numerator is None or denominator is None:
         return "-"
-    value = numerator.ms / denominator.ms
+    value = round(numerator.ms / denominator.ms, 2)
     return f"**{value:.2f}**" if value < 1 else f"{value:.2f}"
+
+
+def over(auto, best):
+    """auto over the best fixed choice, and which that is; bold beyond what auto may lose."""
+    if auto is None or best is None:
+        return "-"
+    value = round(auto.ms / best.ms, 2)
+    text = f"**{value:.2f}**" if value > AUTO_MAY_LOSE else f"{value:.2f}"
+    return f"{text} {best.method}"
 
 
 def place(group):
@@ -71,14 +81,15 @@ def against_peers(tolerance):
             if g.tolerance != tolerance:
                 continue
             one, two = g.get("auto", 1), g.get("auto", 2)
-            took = one.note.split("|")[0].strip() if one else "-"
-            rows.append(place(g) + [time_of(one), time_of(two), took, named(g.best("ours")),
+            # Method, blocks, precision; behind them comes the number of threads.
+            took = one.note.split("|")[0].strip().rsplit(" ", 1)[0] if one else "-"
+            rows.append(place(g) + [time_of(one), time_of(two), took, over(one, g.best("ours")),
                                     named(g.best("iterative")), ratio(g.best("iterative"), one),
                                     ratio(g.best("iterative", 2), two), named(g.best("direct")),
                                     ratio(g.best("direct"), one), ratio(g.best("direct", 2), two)])
         return table(["system", "unknowns", "C", "auto, 1 thread", "auto, 2", "auto took",
-                      "best fixed choice", "best iterative peer", "ratio", "ratio, 2 threads",
-                      "best direct peer", "ratio", "ratio, 2 threads"], rows)
+                      "auto over best fixed choice", "best iterative peer", "its ratio",
+                      "2 threads", "best direct peer", "its ratio", "2 threads"], rows)
     return make
 
 
@@ -158,18 +169,68 @@ def bandwidth(folder):
                   "triad GB/s", "part"], rows)
 
 
-def jacobi(folder):
+def sweeps(count, end):
+    """Number of sweeps, or why there is none."""
+    return count if end == "converged" else end.split(" (")[0]
+
+
+def jacobi_lines(folder, name):
+    """(file, unknowns, C, lambda_max, plain, damped) of each system; the last two as words."""
+    for line in lines(folder, name):
+        _, path, order, courant, largest, plain, plain_end, damped, damped_end = line.split("\t")
+        yield (re.sub(r".*/|\.sys$", "", path), order, float(courant), largest,
+               sweeps(plain, plain_end), sweeps(damped, damped_end))
+
+
+def by_mass(folder):
+    """C -> lumped or consistent -> lambda_max, plain, damped."""
     found = {}
-    for line in lines(folder, "jacobi"):
-        _, path, _, courant, largest, plain, plain_end, damped, damped_end = line.split("\t")
-        mass = "lumped" if "lumped" in path else "consistent"
-        found.setdefault(float(courant), {})[mass] = [
-            largest, plain if plain_end == "converged" else plain_end,
-            damped if damped_end == "converged" else "not within " + damped]
+    for name, _, courant, *rest in jacobi_lines(folder, "jacobi"):
+        found.setdefault(courant, {})["lumped" if "lumped" in name else "consistent"] = rest
+    return sorted(found.items())
+
+
+def jacobi(folder):
     rows = [[f"{courant:.3g}", *at.get("lumped", ["-"] * 3), *at.get("consistent", ["-"] * 3)]
-            for courant, at in sorted(found.items())]
+            for courant, at in by_mass(folder)]
     return table(["C", "lumped: lambda_max", "plain", "damped", "consistent: lambda_max", "plain",
                   "damped"], rows)
+
+
+def region(folder):
+    """Up to which C plain Jacobi converges, in words."""
+    text = []
+    for mass in ("lumped", "consistent"):
+        ends = [(courant, at[mass][1].isdigit(), at[mass][2].isdigit())
+                for courant, at in by_mass(folder) if mass in at]
+        if not ends:
+            return "Not measured."
+        plain = [courant for courant, reached, _ in ends if reached]
+        damped = sum(reached for _, _, reached in ends)
+        where = f"converges up to C = {max(plain):g}" if plain else "converges at no C"
+        text.append(f"With {mass} mass plain Jacobi {where}; damped Jacobi converges at {damped} of "
+                    f"{len(ends)}.")
+    return "\n".join(text)
+
+
+def paper(folder):
+    """The paper's scenes at their own dt and at shorter ones."""
+    found = {}
+    for name, order, courant, *rest in jacobi_lines(folder, "paper"):
+        scene, step = name.split("-", 1)
+        found.setdefault(scene, (order, {}))[1][step] = (courant, *rest)
+    shorter = ("C0.3", "C0.03", "lumped_C0.3", "lumped_C0.03")
+    rows, reached = [], dict.fromkeys(("own", *shorter), 0)
+    for scene, (order, at) in found.items():
+        own, largest, plain, damped = at["own"]
+        rows.append([scene, order, f"{own:.3g}", largest, plain, damped] +
+                    [f"{at[step][1]} / {at[step][2]}" for step in shorter])
+        for step in reached:
+            reached[step] += at[step][2].isdigit()
+    rows.append(["plain converges in", "", "", "", str(reached["own"]), ""] +
+                [str(reached[step]) for step in shorter])
+    return table(["scene", "unknowns", "its C", "lambda_max", "plain", "damped", "C = 0.3", "C = 0.03",
+                  "lumped, C = 0.3", "lumped, C = 0.03"], rows) if found else "Not measured."
 
 
 def count_and_time(cell):
@@ -213,6 +274,16 @@ def sums(folder):
                   "pcg iteration us", "cost of two sums"], rows)
 
 
+def fused(folder):
+    rows = []
+    for line in lines(folder, "fused"):
+        _, _, order, apart, together = line.split("\t")
+        cost = float(apart) / float(together) - 1
+        rows.append([order, apart, together, f"{100 * cost:.1f} %"])
+    return table(["unknowns", "factor us", "with multiply-add fused us", "cost of separate ones"],
+                 rows)
+
+
 def mixed(folder):
     methods = ("pcg-cover", "pcg-cluster", "pcg-body", "chebyshev-cluster")
     rows = []
@@ -230,22 +301,38 @@ def runs(folder):
     for line in lines(folder, "runs"):
         _, scene, _, choice, wall, solve, steps, solves, _, why = line.split("\t")
         if wall != "-":
-            found.setdefault(scene.split("/")[0], {})[choice] = (
-                float(wall), float(solve), steps, solves, why)
+            name = scene.split("/")[-2]
+            found.setdefault(name, {})[choice] = (float(wall), float(solve), steps, solves, why)
     rows = []
     for scene, choices in found.items():
-        fixed = {name: at for name, at in choices.items() if name != "auto"}
+        fixed = {name: at for name, at in choices.items() if not name.startswith("auto")}
         if "auto" not in choices or not fixed:
             continue
         auto = choices["auto"]
         best = min(fixed, key=lambda name: fixed[name][0])
         parts = [auto[0] / fixed[best][0], auto[1] / min(at[1] for at in fixed.values())]
-        rows.append([scene, auto[2], auto[3], f"{auto[0]:.3g}", f"{auto[1]:.3g}", auto[4], best,
-                     f"{fixed[best][0]:.3g}"] +
-                    [f"**{part:.2f}**" if part > 1.15 else f"{part:.2f}" for part in parts])
-    return table(["scene", "steps", "solves", "auto s", "of it solves s", "last took",
-                  "best fixed choice", "its s", "auto over best, run", "auto over best, solves"],
-                 rows)
+        coupled = choices.get("auto-coupled")
+        rows.append([scene, auto[2], auto[3], short(1e3 * auto[0]), short(1e3 * auto[1]), auto[4],
+                     best] +
+                    [f"**{part:.2f}**" if part > AUTO_MAY_LOSE else f"{part:.2f}" for part in parts] +
+                    ([coupled[3], short(1e3 * coupled[0])] if coupled else ["-", "-"]))
+    return table(["scene", "steps", "solves", "auto ms", "of it solves ms", "last took",
+                  "best fixed choice", "auto over best, run", "auto over best, solves",
+                  "solves with friction coupled", "auto ms"], rows)
+
+
+def runs_verdict(folder):
+    """How often auto stays within its goal, in words."""
+    text = runs(folder)
+    if text == "Not measured.":
+        return text
+    cells = [[cell.strip(" *") for cell in row.split("|")[1:-1]] for row in text.split("\n")[2:]]
+    parts = [(float(cells_of[7]), cells_of[0]) for cells_of in cells]
+    above = [name for part, name in parts if part > AUTO_MAY_LOSE]
+    worst = max(parts)
+    return (f"A run with auto takes at most {AUTO_MAY_LOSE} times as long as with the best fixed choice in "
+            f"{len(parts) - len(above)} of {len(parts)} scenes; the worst is {worst[1]} with "
+            f"{worst[0]:.2f}" + (f"; above: {', '.join(above)}." if above else "."))
 
 
 TABLES = {
@@ -255,7 +342,8 @@ TABLES = {
     "threads": threads, "scaling": scaling, "bandwidth": bandwidth, "jacobi": jacobi,
     "iterations 1e-6": iterations("1e-06"), "iterations 1e-10": iterations("1e-10"),
     "family": family, "contacts": contacts("contacts", "spacing of joints"),
-    "penalty": contacts("penalty", "penalty"), "sums": sums, "mixed": mixed, "runs": runs,
+    "penalty": contacts("penalty", "penalty"), "sums": sums, "fused": fused, "mixed": mixed,
+    "runs": runs, "runs verdict": runs_verdict, "region": region, "paper": paper,
 }
 
 

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+//
+// Inside of the solve floor: Gauss-Seidel sweeps over bodies with three rows each, one cover of
+// order 1, in float32. The matrix is copied into blocks of 6x6, those before and those behind the
+// diagonal apart, each unknown scaled by a power of two so that the diagonal is 0.5 .. 4: no number
+// is too large for float32 then. Lumps are in an order of waves: one comes after all those with
+// which it has a block and which come before it in the matrix, so that sweeps are those of the
+// matrix, but neighbours in the order seldom wait for each other.
+
+#ifndef NMM_LUMPS_H
+#define NMM_LUMPS_H
+
+#include "solve.h"
+
+/// Vectors are [n][8]: six numbers and two zeros for each lump, in the order of the waves.
+typedef struct nmm_lumps {
+    int n;
+    int capacity, block_capacity, term_capacity;
+    int *order; // [n] lump of the matrix
+    int *place; // [n] of a lump of the matrix; scratch behind it
+    // The blocks of lump i: start[i] .. start[i + 1] - 1, at these places.
+    int *before_start, *behind_start; // [n + 1]
+    int *before, *behind;
+    float *before_value, *behind_value; // [..][6][8] by columns
+    float *inverse;                     // [n][6][8] of the diagonal blocks
+    double *scale;                      // [n][8] of the unknowns
+    double *own;                        // [n][6][6] diagonal blocks that were inverted
+    // The coupling: push (pull . x) for two lumps each.
+    int n_term;
+    int *term;          // [n_term][2]
+    float *push, *pull; // [n_term][2][8]
+    bool known;         // the pattern is one of lumps
+} nmm_lumps;
+
+void nmm_lumps_destroy(nmm_context *context, nmm_lumps *lumps);
+
+/// Are the rows of K those of bodies with three rows each, with all blocks between these, and with
+/// the same columns? body[row]: >= 0. Then the order of the waves and the places of the blocks.
+nmm_status nmm_lumps_find(nmm_context *context, nmm_lumps *lumps, const nmm_bsr *K,
+                          const int *body);
+
+/// Takes the terms, once the numbers are taken; *fit is false where one has other rows than those
+/// of two lumps.
+nmm_status nmm_lumps_couple(nmm_context *context, nmm_lumps *lumps, const nmm_coupling *coupling,
+                            bool *fit);
+
+/// Forces x [n_row][2] over the largest of them, scaled, which is returned; and displacements y
+/// times a factor, added to x.
+double nmm_lumps_load(const nmm_lumps *lumps, const double *x, float *y);
+void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double factor, double *x);
+
+typedef struct nmm_lumps_kernels {
+    /// Takes the numbers; false: a diagonal block is not positive definite.
+    bool (*take)(nmm_lumps *lumps, const nmm_bsr *K);
+    /// t = (D + U)^-1 D v.
+    void (*backward)(const nmm_lumps *lumps, const float *v, float *t);
+    /// y = (D + L)^-1 (K t + extra) for t = (D + U)^-1 D v; `ahead` becomes y - t.
+    void (*forward)(const nmm_lumps *lumps, const float *v, const float *t, const float *extra,
+                    float *ahead, float *y);
+    /// extra = coupling x.
+    void (*couple)(const nmm_lumps *lumps, const float *x, float *extra);
+    /// Takes the m directions of n numbers out of w, part[j] of each; the length of what is left.
+    double (*orthogonalise)(const float *basis, int m, long n, float *w, double *part);
+    /// x *= factor; y = sum of m directions, part[j] of each.
+    void (*scale)(float *x, long n, double factor);
+    void (*combine)(const float *basis, int m, long n, const double *part, float *y);
+} nmm_lumps_kernels;
+
+extern const nmm_lumps_kernels nmm_lumps_plain, nmm_lumps_avx2;
+
+/// Those for this processor; the same bits.
+const nmm_lumps_kernels *nmm_lumps_fastest(void);
+
+#endif

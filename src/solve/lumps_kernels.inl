@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: MIT
+//
+// Kernels of Gauss-Seidel sweeps by lumps of six unknowns in float32; the includer defines KERNELS,
+// the name of their table. Vectors of GNU C, so that every processor makes the same bits: without
+// AVX the compiler makes two halves of them. What a sweep does to a lump is a chain of some 30
+// operations, each waiting for the one before; in the order of the waves a processor works on
+// several such chains at a time.
+
+#include "lumps.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef float lanes __attribute__((vector_size(32)));
+typedef double wide_lanes __attribute__((vector_size(32)));
+typedef float four_lanes __attribute__((vector_size(16)));
+
+// Numbers of a vector whose products are summed in float32; sums of these are in float64.
+enum { CHUNK = 2048 };
+
+// Eight numbers at a place. Lanes never go through a call: before AVX there is no rule for that.
+typedef float lanes_there __attribute__((vector_size(32), aligned(4), may_alias));
+#define AT(x) (*(lanes_there *)(x))
+#define LOAD(x) (*(const lanes_there *)(x))
+
+// --- Diagonal blocks
+
+// One pivot of Gauss and Jordan on a 6x6 block, rows of 8 in registers: as long as k is a constant.
+// The pivot's column becomes that of the inverse.
+static inline __attribute__((always_inline)) bool eliminate(wide_lanes row[6][2], int k) {
+    const wide_lanes zero = {0, 0, 0, 0};
+    const int h = k / 4, c = k % 4;
+    const double diagonal = row[k][h][c], inverse = 1 / diagonal;
+    row[k][h][c] = 1;
+    row[k][0] *= inverse;
+    row[k][1] *= inverse;
+    for (int i = 0; i < 6; i++) {
+        if (i == k) continue;
+        const wide_lanes factor = row[i][h][c] - zero;
+        row[i][h][c] = 0;
+        row[i][0] -= factor * row[k][0];
+        row[i][1] -= factor * row[k][1];
+    }
+    return diagonal > 0;
+}
+
+// The inverse of a symmetric block in place; false: not positive definite.
+static inline __attribute__((always_inline)) bool invert_six(wide_lanes row[6][2]) {
+    return eliminate(row, 0) && eliminate(row, 1) && eliminate(row, 2) && eliminate(row, 3) &&
+           eliminate(row, 4) && eliminate(row, 5);
+}
+
+// A power of two whose square times x is 0.5 .. 4; x > 0, the exponent is read from the bits.
+static double scale_of(double x) {
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    const int exponent = (int)(bits >> 52 & 0x7ff) - 1023;
+    bits = (uint64_t)(1023 - exponent / 2) << 52;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+// Is the diagonal block what it was? Most bodies have the one of the pass before.
+static bool same_diagonal(wide_lanes block[3][3], const double *kept) {
+    wide_lanes other = {0};
+    for (int j = 0; j < 9; j++) {
+        wide_lanes old;
+        memcpy(&old, kept + 4 * j, sizeof old);
+        const wide_lanes change = block[j / 3][j % 3] - old;
+        other += change * change;
+    }
+    return other[0] + other[1] + other[2] + other[3] == 0;
+}
+
+// The inverse of the diagonal block of lump i and its scale.
+static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, int i) {
+    const wide_lanes zero = {0, 0, 0, 0};
+    double *kept = lumps->own + 36 * (long)i, *scale = lumps->scale + 8 * (long)i;
+    wide_lanes block[3][3], row[6][2];
+    for (int r = 0; r < 3; r++)
+        memcpy(block[r], K->value + 4 * (long)(K->diagonal[3 * lumps->order[i] + r] - r),
+               sizeof block[r]);
+    if (same_diagonal(block, kept)) return true;
+    memcpy(kept, block, sizeof block);
+    for (int r = 0; r < 3; r++) {
+        scale[2 * r] = scale_of(block[r][r][0]);
+        scale[2 * r + 1] = scale_of(block[r][r][3]);
+    }
+    const wide_lanes left = {scale[0], scale[1], scale[2], scale[3]};
+    const wide_lanes right = {scale[4], scale[5], 0, 0};
+    for (int r = 0; r < 3; r++) {
+        const wide_lanes *b = block[r];
+        const double upper = scale[2 * r], lower = scale[2 * r + 1];
+        row[2 * r][0] = upper * left * __builtin_shufflevector(b[0], b[1], 0, 1, 4, 5);
+        row[2 * r][1] = upper * right * __builtin_shufflevector(b[2], zero, 0, 1, 4, 5);
+        row[2 * r + 1][0] = lower * left * __builtin_shufflevector(b[0], b[1], 2, 3, 6, 7);
+        row[2 * r + 1][1] = lower * right * __builtin_shufflevector(b[2], zero, 2, 3, 4, 5);
+    }
+    if (!invert_six(row)) {
+        memset(kept, 0, sizeof block);
+        return false;
+    }
+    // As symmetric as it was but for rounding: rows serve as columns.
+    for (int r = 0; r < 6; r++) {
+        const four_lanes column[2] = {__builtin_convertvector(row[r][0], four_lanes),
+                                      __builtin_convertvector(row[r][1], four_lanes)};
+        memcpy(lumps->inverse + 48 * (long)i + 8 * r, column, sizeof column);
+    }
+    return true;
+}
+
+// --- The matrix
+
+// Three 2x2 blocks of the rows of a lump in one column of blocks, scaled: two columns of six.
+static inline void take_two_columns(const double *const row[3], const wide_lanes left[3],
+                                    const double *other, float *column) {
+    const wide_lanes right = {other[0], other[1], other[0], other[1]};
+    four_lanes part[3];
+    for (int r = 0; r < 3; r++) {
+        wide_lanes v;
+        memcpy(&v, row[r], sizeof v);
+        part[r] = __builtin_convertvector(v * left[r] * right, four_lanes);
+    }
+    const four_lanes zero = {0, 0, 0, 0};
+    const four_lanes list[4] = {__builtin_shufflevector(part[0], part[1], 0, 2, 4, 6),
+                                __builtin_shufflevector(part[2], zero, 0, 2, 4, 5),
+                                __builtin_shufflevector(part[0], part[1], 1, 3, 5, 7),
+                                __builtin_shufflevector(part[2], zero, 1, 3, 4, 5)};
+    memcpy(column, list, sizeof list);
+}
+
+// A block of 6x6 at the three blocks from `from` on of each of the three rows.
+static inline void take_block(const double *const row[3], const double *scale, const double *other,
+                              float *value) {
+    for (int c = 0; c < 3; c++) {
+        const double *const at[3] = {row[0] + 4 * c, row[1] + 4 * c, row[2] + 4 * c};
+        wide_lanes left[3];
+        for (int r = 0; r < 3; r++) {
+            const double x = scale[2 * r], y = scale[2 * r + 1];
+            left[r] = (wide_lanes){x, x, y, y};
+        }
+        take_two_columns(at, left, other + 2 * c, value + 16 * c);
+    }
+}
+
+static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
+    for (int i = 0; i < lumps->n; i++) {
+        const int row = 3 * lumps->order[i];
+        const long length = K->row_start[row + 1] - K->row_start[row];
+        const double *value = K->value + 4 * (long)K->row_start[row];
+        const double *scale = lumps->scale + 8 * (long)i;
+        int k = lumps->before_start[i], end = lumps->before_start[i + 1];
+        for (; k < end; k++, value += 12) {
+            const double *const at[3] = {value, value + 4 * length, value + 8 * length};
+            take_block(at, scale, lumps->scale + 8 * (long)lumps->before[k],
+                       lumps->before_value + 48 * (long)k);
+        }
+        value += 12;
+        k = lumps->behind_start[i], end = lumps->behind_start[i + 1];
+        for (; k < end; k++, value += 12) {
+            const double *const at[3] = {value, value + 4 * length, value + 8 * length};
+            take_block(at, scale, lumps->scale + 8 * (long)lumps->behind[k],
+                       lumps->behind_value + 48 * (long)k);
+        }
+    }
+}
+
+static bool take(nmm_lumps *lumps, const nmm_bsr *K) {
+    for (int i = 0; i < lumps->n; i++)
+        if (!take_diagonal(lumps, K, i)) return false;
+    take_blocks(lumps, K);
+    return true;
+}
+
+// --- Sweeps
+
+// Sum of n blocks times the parts of x at these places.
+static inline void sum_blocks(const float *block, const int *place, int n, const float *x,
+                              lanes *sum) {
+    lanes a = {0}, b = {0}, c = {0};
+    for (int k = 0; k < n; k++, block += 48) {
+        const float *part = x + 8 * (long)place[k];
+        a += LOAD(block) * part[0];
+        b += LOAD(block + 8) * part[1];
+        c += LOAD(block + 16) * part[2];
+        a += LOAD(block + 24) * part[3];
+        b += LOAD(block + 32) * part[4];
+        c += LOAD(block + 40) * part[5];
+    }
+    *sum = (a + b) + c;
+}
+
+#define SPREAD(v, k) __builtin_shufflevector(v, v, k, k, k, k, k, k, k, k)
+
+// y = v - D^-1 x.
+static inline void take_off(const float *inverse, const lanes *x, const float *v, lanes *y) {
+    const lanes own = *x;
+    const lanes a = LOAD(inverse) * SPREAD(own, 0) + LOAD(inverse + 8) * SPREAD(own, 1);
+    const lanes b = LOAD(inverse + 16) * SPREAD(own, 2) + LOAD(inverse + 24) * SPREAD(own, 3);
+    const lanes c = LOAD(inverse + 32) * SPREAD(own, 4) + LOAD(inverse + 40) * SPREAD(own, 5);
+    *y = LOAD(v) - ((a + b) + c);
+}
+
+static void backward(const nmm_lumps *lumps, const float *v, float *t) {
+    const int *start = lumps->behind_start;
+    for (int i = lumps->n - 1; i >= 0; i--) {
+        const long at = 8 * (long)i;
+        lanes sum, own;
+        sum_blocks(lumps->behind_value + 48 * (long)start[i], lumps->behind + start[i],
+                   start[i + 1] - start[i], t, &sum);
+        take_off(lumps->inverse + 6 * at, &sum, v + at, &own);
+        AT(t + at) = own;
+    }
+}
+
+static void forward(const nmm_lumps *lumps, const float *v, const float *t, const float *extra,
+                    float *ahead, float *y) {
+    const int *start = lumps->before_start;
+    for (int i = 0; i < lumps->n; i++) {
+        const long at = 8 * (long)i;
+        lanes sum, own;
+        sum_blocks(lumps->before_value + 48 * (long)start[i], lumps->before + start[i],
+                   start[i + 1] - start[i], ahead, &sum);
+        sum -= LOAD(extra + at);
+        take_off(lumps->inverse + 6 * at, &sum, v + at, &own);
+        AT(ahead + at) = own - LOAD(t + at);
+        AT(y + at) = own;
+    }
+}
+
+static void couple(const nmm_lumps *lumps, const float *x, float *extra) {
+    memset(extra, 0, 8 * (size_t)lumps->n * sizeof *extra);
+    for (int k = 0; k < lumps->n_term; k++) {
+        const long a = 8 * (long)lumps->term[2 * k], b = 8 * (long)lumps->term[2 * k + 1];
+        const float *pull = lumps->pull + 16 * (long)k, *push = lumps->push + 16 * (long)k;
+        const lanes all = LOAD(pull) * LOAD(x + a) + LOAD(pull + 8) * LOAD(x + b);
+        const four_lanes four = __builtin_shufflevector(all, all, 0, 1, 2, 3) +
+                                __builtin_shufflevector(all, all, 4, 5, 6, 7);
+        const float sum = (four[0] + four[2]) + (four[1] + four[3]);
+        AT(extra + a) += LOAD(push) * sum;
+        AT(extra + b) += LOAD(push + 8) * sum;
+    }
+}
+
+// --- Directions: vectors of n numbers, n a multiple of 8
+
+static inline double add_up(const lanes sum[4]) {
+    const lanes all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    return (((double)all[0] + all[1]) + ((double)all[2] + all[3])) +
+           (((double)all[4] + all[5]) + ((double)all[6] + all[7]));
+}
+
+// w -= p v and the product of what is left with `next`.
+static double step(float *w, const float *v, float p, const float *next, long n) {
+    double total = 0;
+    for (long begin = 0; begin < n; begin += CHUNK) {
+        const long end = begin + CHUNK < n ? begin + CHUNK : n;
+        lanes sum[4] = {{0}};
+        long i = begin;
+        for (; i + 32 <= end; i += 32) {
+            for (int k = 0; k < 4; k++) {
+                const lanes left = LOAD(w + i + 8 * k) - LOAD(v + i + 8 * k) * p;
+                AT(w + i + 8 * k) = left;
+                sum[k] += left * LOAD(next + i + 8 * k);
+            }
+        }
+        for (; i < end; i += 8) {
+            const lanes left = LOAD(w + i) - LOAD(v + i) * p;
+            AT(w + i) = left;
+            sum[0] += left * LOAD(next + i);
+        }
+        total += add_up(sum);
+    }
+    return total;
+}
+
+static double orthogonalise(const float *basis, int m, long n, float *w, double *part) {
+    double product = step(w, basis, 0, m > 0 ? basis : w, n);
+    for (int j = 0; j < m; j++) {
+        part[j] = product;
+        product = step(w, basis + j * n, (float)product, j + 1 < m ? basis + (j + 1) * n : w, n);
+    }
+    return sqrt(product);
+}
+
+static void scale_all(float *x, long n, double factor) {
+    for (long i = 0; i < n; i += 8)
+        AT(x + i) *= (float)factor;
+}
+
+static void combine(const float *basis, int m, long n, const double *part, float *y) {
+    memset(y, 0, (size_t)n * sizeof *y);
+    for (int j = 0; j < m; j++)
+        for (long i = 0; i < n; i += 8)
+            AT(y + i) += LOAD(basis + j * n + i) * (float)part[j];
+}
+
+const nmm_lumps_kernels KERNELS = {.take = take,
+                                   .backward = backward,
+                                   .forward = forward,
+                                   .couple = couple,
+                                   .orthogonalise = orthogonalise,
+                                   .scale = scale_all,
+                                   .combine = combine};

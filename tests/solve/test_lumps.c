@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+//
+// Sweeps by lumps against those of the dense matrix in its own order, in float64: both halves, with
+// a coupling; the order of the waves; the same bits with and without AVX2.
+
+#include "lumps.h"
+#include "systems.h"
+#include "test.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { N = 24, ROWS = 3 * N, SIZE = 6 * N };
+
+typedef struct fixture {
+    nmm_context context;
+    test_system system;
+    nmm_lumps lumps;
+    int body[ROWS];
+    double dense[SIZE][SIZE], scale[SIZE];
+} fixture;
+
+static double between(nmm_random *random) {
+    return 2 * nmm_random_unit(random) - 1;
+}
+
+static bool joined(int a, int b, uint64_t seed) {
+    nmm_random random = nmm_random_seed(seed + 1000 * (uint64_t)a + (uint64_t)b);
+    return nmm_random_unit(&random) < 0.15;
+}
+
+// Lumps with random neighbours; unknowns of scales from 2^-20 to 2^20.
+static void set_up(fixture *x, uint64_t seed) {
+    *x = (fixture){.context.n_thread = 1};
+    nmm_random random = nmm_random_seed(seed);
+    for (int i = 0; i < SIZE; i++)
+        x->scale[i] = ldexp(1, (int)(nmm_random_next(&random) % 41) - 20);
+    for (int i = 0; i < SIZE; i++) {
+        for (int j = 0; j <= i; j++) {
+            const bool there = i / 6 == j / 6 || joined(j / 6, i / 6, seed);
+            const double value = i == j ? 30 : there ? between(&random) : 0;
+            x->dense[i][j] = x->dense[j][i] = value * x->scale[i] * x->scale[j];
+        }
+    }
+    triplets list = {0};
+    for (int row = 0; row < ROWS; row++) {
+        x->body[row] = row / 3;
+        for (int col = 0; col < ROWS; col++) {
+            const double *a = &x->dense[2 * row][2 * col], *b = &x->dense[2 * row + 1][2 * col];
+            const double block[4] = {a[0], a[1], b[0], b[1]};
+            if (a[0] != 0) triplets_add(&x->context, &list, row, col, block);
+        }
+    }
+    test_system_build(&x->context, &x->system, &list, ROWS);
+    assert_int_equal(nmm_lumps_find(&x->context, &x->lumps, &x->system.K, x->body), NMM_OK);
+    assert_true(x->lumps.known);
+}
+
+static void tear_down(fixture *x) {
+    nmm_lumps_destroy(&x->context, &x->lumps);
+    test_system_destroy(&x->context, &x->system);
+    assert_int_equal(x->context.n_live, 0);
+}
+
+// x of lump `lump` from its diagonal block and the right-hand side b.
+static void solve_lump(const fixture *x, int lump, const double *b, double *result) {
+    double a[6][7];
+    for (int i = 0; i < 6; i++) {
+        memcpy(a[i], &x->dense[6 * lump + i][6 * lump], 6 * sizeof(double));
+        a[i][6] = b[i];
+    }
+    for (int k = 0; k < 6; k++)
+        for (int i = 0; i < 6; i++)
+            for (int j = 6; i != k && j >= k; j--)
+                a[i][j] -= a[i][k] / a[k][k] * a[k][j];
+    for (int i = 0; i < 6; i++)
+        result[i] = a[i][6] / a[i][i];
+}
+
+// result = (D + L)^-1 b, or (D + U)^-1 b.
+static void solve_half(const fixture *x, bool lower, const double *b, double *result) {
+    for (int k = 0; k < N; k++) {
+        const int lump = lower ? k : N - 1 - k;
+        double own[6];
+        for (int i = 0; i < 6; i++) {
+            own[i] = b[6 * lump + i];
+            for (int j = 0; j < SIZE; j++)
+                if (lower ? j < 6 * lump : j >= 6 * lump + 6)
+                    own[i] -= x->dense[6 * lump + i][j] * result[j];
+        }
+        solve_lump(x, lump, own, result + 6 * lump);
+    }
+}
+
+// Numbers of a vector of the lumps in the order of the matrix, and the other way.
+static void unload(const fixture *x, const float *from, double *to) {
+    memset(to, 0, SIZE * sizeof *to);
+    nmm_lumps_add(&x->lumps, from, 1, to);
+}
+
+static void expect_near(const fixture *x, const double *a, const double *b) {
+    for (int i = 0; i < SIZE; i++)
+        assert_near(a[i] * x->scale[i], b[i] * x->scale[i], 2e-5);
+}
+
+// Terms between pairs of lumps.
+enum { N_TERM = 20 };
+typedef struct terms {
+    int row[N_TERM][6];
+    double push[N_TERM][12], pull[N_TERM][12];
+    nmm_coupling coupling;
+} terms;
+
+static void make_terms(const fixture *x, terms *t, uint64_t seed) {
+    nmm_random random = nmm_random_seed(seed);
+    for (int k = 0; k < N_TERM; k++) {
+        const int a = (int)(nmm_random_next(&random) % N), b = (int)(nmm_random_next(&random) % N);
+        for (int i = 0; i < 12; i++) {
+            const int row = i < 6 ? 3 * a + i / 2 : 3 * b + (i - 6) / 2;
+            t->row[k][i / 2] = row;
+            t->push[k][i] = between(&random) * x->scale[2 * row + i % 2];
+            t->pull[k][i] = between(&random) * x->scale[2 * row + i % 2];
+        }
+    }
+    t->coupling = (nmm_coupling){
+        .n = N_TERM, .n_row = 6, .row = t->row[0], .push = t->push[0], .pull = t->pull[0]};
+}
+
+static void random_vector(const fixture *x, uint64_t seed, double *exact, float *v) {
+    nmm_random random = nmm_random_seed(seed);
+    for (int i = 0; i < SIZE; i++)
+        exact[i] = between(&random) / x->scale[i];
+    double of_force[SIZE];
+    memset(v, 0, 8 * N * sizeof *v);
+    // Loading multiplies by the scale, as forces want; displacements are divided by it.
+    for (int i = 0; i < SIZE; i++) {
+        const double s = x->lumps.scale[8 * x->lumps.place[i / 6] + i % 6];
+        of_force[i] = exact[i] / (s * s);
+    }
+    const double largest = nmm_lumps_load(&x->lumps, of_force, v);
+    for (int i = 0; i < SIZE; i++)
+        exact[i] /= largest;
+}
+
+// K t + coupling t.
+static void multiply(const fixture *x, const terms *t, const double *u, double *product) {
+    for (int i = 0; i < SIZE; i++) {
+        product[i] = 0;
+        for (int j = 0; j < SIZE; j++)
+            product[i] += x->dense[i][j] * u[j];
+    }
+    for (int k = 0; k < N_TERM; k++) {
+        double sum = 0;
+        for (int i = 0; i < 12; i++)
+            sum += t->pull[k][i] * u[2 * t->row[k][i / 2] + i % 2];
+        for (int i = 0; i < 12; i++)
+            product[2 * t->row[k][i / 2] + i % 2] += sum * t->push[k][i];
+    }
+}
+
+static void test_sweeps_are_those_of_the_matrix(void **unused) {
+    (void)unused;
+    static fixture x;
+    for (uint64_t seed = 1; seed < 6; seed++) {
+        set_up(&x, seed);
+        terms list;
+        make_terms(&x, &list, seed + 50);
+        const nmm_lumps_kernels *kernels = nmm_lumps_fastest();
+        assert_true(kernels->take(&x.lumps, &x.system.K));
+        bool fit = false;
+        assert_int_equal(nmm_lumps_couple(&x.context, &x.lumps, &list.coupling, &fit), NMM_OK);
+        assert_true(fit);
+        float v[8 * N], t[8 * N], extra[8 * N], ahead[8 * N], y[8 * N];
+        double exact[SIZE], load[SIZE], expected[SIZE], found[SIZE];
+        random_vector(&x, seed + 9, exact, v);
+        // t = (D + U)^-1 D v
+        for (int i = 0; i < SIZE; i++) {
+            load[i] = 0;
+            for (int j = i / 6 * 6; j < i / 6 * 6 + 6; j++)
+                load[i] += x.dense[i][j] * exact[j];
+        }
+        solve_half(&x, false, load, expected);
+        kernels->backward(&x.lumps, v, t);
+        unload(&x, t, found);
+        expect_near(&x, found, expected);
+        // y = (D + L)^-1 (K + coupling) t
+        multiply(&x, &list, expected, load);
+        solve_half(&x, true, load, expected);
+        kernels->couple(&x.lumps, t, extra);
+        kernels->forward(&x.lumps, v, t, extra, ahead, y);
+        unload(&x, y, found);
+        expect_near(&x, found, expected);
+        tear_down(&x);
+    }
+}
+
+static void test_waves_keep_the_order_of_neighbours(void **unused) {
+    (void)unused;
+    static fixture x;
+    set_up(&x, 3);
+    for (int i = 0; i < N; i++) {
+        assert_int_equal(x.lumps.place[x.lumps.order[i]], i);
+        for (int k = x.lumps.before_start[i]; k < x.lumps.before_start[i + 1]; k++) {
+            assert_true(x.lumps.before[k] < i);
+            assert_true(x.lumps.order[x.lumps.before[k]] < x.lumps.order[i]);
+        }
+        for (int k = x.lumps.behind_start[i]; k < x.lumps.behind_start[i + 1]; k++) {
+            assert_true(x.lumps.behind[k] > i);
+            assert_true(x.lumps.order[x.lumps.behind[k]] > x.lumps.order[i]);
+        }
+    }
+    // Rows of another body, or not in threes.
+    x.body[4] = 0;
+    assert_int_equal(nmm_lumps_find(&x.context, &x.lumps, &x.system.K, x.body), NMM_OK);
+    assert_false(x.lumps.known);
+    assert_int_equal(nmm_lumps_find(&x.context, &x.lumps, &x.system.K, NULL), NMM_OK);
+    assert_false(x.lumps.known);
+    tear_down(&x);
+}
+
+static void test_same_bits_without_avx2(void **unused) {
+    (void)unused;
+    static fixture x;
+    float y[2][8 * N], inverse[2][48 * N], basis[3][8 * N];
+    double part[2][2], length[2];
+    set_up(&x, 4);
+    terms list;
+    make_terms(&x, &list, 8);
+    const nmm_lumps_kernels *const kernels[2] = {&nmm_lumps_plain, nmm_lumps_fastest()};
+    for (int k = 0; k < 2; k++) {
+        bool fit = false;
+        float t[8 * N], extra[8 * N], ahead[8 * N];
+        double exact[SIZE];
+        memset(x.lumps.own, 0, 36 * N * sizeof *x.lumps.own);
+        assert_true(kernels[k]->take(&x.lumps, &x.system.K));
+        memcpy(inverse[k], x.lumps.inverse, sizeof inverse[k]);
+        assert_int_equal(nmm_lumps_couple(&x.context, &x.lumps, &list.coupling, &fit), NMM_OK);
+        random_vector(&x, 5, exact, basis[0]);
+        random_vector(&x, 6, exact, basis[1]);
+        kernels[k]->backward(&x.lumps, basis[0], t);
+        kernels[k]->couple(&x.lumps, t, extra);
+        kernels[k]->forward(&x.lumps, basis[0], t, extra, ahead, y[k]);
+        memcpy(basis[2], y[k], sizeof basis[2]);
+        length[k] = kernels[k]->orthogonalise(basis[0], 2, 8 * N, basis[2], part[k]);
+        kernels[k]->scale(basis[2], 8 * N, 1 / length[k]);
+        kernels[k]->combine(basis[0], 3, 8 * N, (double[]){part[k][0], part[k][1], 1}, y[k]);
+    }
+    assert_memory_equal(inverse[0], inverse[1], sizeof inverse[0]);
+    assert_memory_equal(y[0], y[1], sizeof y[0]);
+    assert_memory_equal(part[0], part[1], sizeof part[0]);
+    assert_true(length[0] == length[1] && length[0] > 0);
+    tear_down(&x);
+}
+
+// What is left over is at right angles to directions of length 1.
+static void test_directions_become_orthogonal(void **unused) {
+    (void)unused;
+    enum { LONG = 8 * 700 };
+    static float basis[3][LONG];
+    nmm_random random = nmm_random_seed(11);
+    const nmm_lumps_kernels *kernels = nmm_lumps_fastest();
+    for (int m = 0; m < 3; m++) {
+        double part[2] = {0, 0}, square = 0;
+        for (int i = 0; i < LONG; i++) {
+            basis[m][i] = (float)between(&random);
+            square += (double)basis[m][i] * basis[m][i];
+        }
+        const double length = kernels->orthogonalise(basis[0], m, LONG, basis[m], part);
+        for (int j = 0; j < m; j++)
+            square -= part[j] * part[j];
+        assert_near(length, sqrt(square), 1e-5 * length);
+        kernels->scale(basis[m], LONG, 1 / length);
+    }
+    for (int m = 0; m < 3; m++) {
+        for (int k = 0; k <= m; k++) {
+            double product = 0;
+            for (int i = 0; i < LONG; i++)
+                product += (double)basis[m][i] * basis[k][i];
+            assert_near(product, m == k, 1e-6);
+        }
+    }
+}
+
+static void test_names_a_block_that_is_not_positive(void **unused) {
+    (void)unused;
+    static fixture x;
+    set_up(&x, 2);
+    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    double *block = x.system.K.value + 4 * (long)x.system.K.diagonal[3 * 7 + 2];
+    const double was = block[3];
+    block[3] = -was;
+    assert_false(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    block[3] = was;
+    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    tear_down(&x);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_sweeps_are_those_of_the_matrix),
+        cmocka_unit_test(test_waves_keep_the_order_of_neighbours),
+        cmocka_unit_test(test_same_bits_without_avx2),
+        cmocka_unit_test(test_directions_become_orthogonal),
+        cmocka_unit_test(test_names_a_block_that_is_not_positive),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
