@@ -168,7 +168,6 @@ int nmm_contact_break(const nmm_model *model, nmm_state *state) {
         const double load = bond_load(&model->interface[c->interface], c);
         if (load <= 1 || load < 0.9 * worst) continue;
         c->breaking = true;
-        c->bond_energy = energy_of(c, c->normal_force / load, c->shear_force / load);
         n += 1;
     }
     return n;
@@ -260,7 +259,9 @@ double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model
         if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
         const double own = fabs(c->normal_force) + fabs(c->shear_force);
         const double force = nmm_max(own, 1e-3 * largest);
-        const double slip = c->mode == NMM_CONTACT_STICK ? c->slip : 0;
+        // Friction that acts along its slip: the spring of a carried force that was larger.
+        const bool springs = c->mode == NMM_CONTACT_STICK || c->shear_force * c->slip > 0;
+        const double slip = springs ? c->slip : 0;
         worst = nmm_max(worst, share_of(c->gap - c->rest, c->normal_stiffness, force, rounding));
         worst = nmm_max(worst, share_of(slip, c->shear_stiffness, force, rounding));
     }
@@ -286,7 +287,7 @@ void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, doubl
         nmm_contact *c = &state->contact[k];
         if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
         c->carried_normal = c->normal_force;
-        if (c->mode == NMM_CONTACT_STICK) c->carried_shear = c->shear_force;
+        c->carried_shear = c->shear_force;
         c->normal_stiffness *= stiffer;
         c->shear_stiffness *= stiffer;
     }
@@ -320,7 +321,7 @@ static double stored_in(const nmm_contact_search *search, const nmm_contact *c) 
     if (c->mode == NMM_CONTACT_OPEN) return 0;
     if (!search->options.augmented) return energy_of(c, c->normal_force, c->shear_force);
     // What the forces give back on the way to no overlap and no slip; there they are carried alone.
-    const double slip = c->mode == NMM_CONTACT_STICK ? c->slip : 0;
+    const double slip = c->slip;
     const double overlap = c->gap - c->rest;
     return (0.5 * c->normal_stiffness * overlap - c->carried_normal) * overlap +
            (0.5 * c->shear_stiffness * slip - c->carried_shear) * slip;
@@ -331,21 +332,23 @@ void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *c = &state->contact[k];
         const double length = nmm_edge_line_of(model, state, c->edge).length;
-        if (c->breaking) {
-            c->bonded = false;
-            c->broken = true;
-            c->breaking = false;
-            energy->fracture += nmm_max(0, c->bond_energy - stored_in(search, c));
-        }
         if (c->mode == NMM_CONTACT_SLIDE) energy->friction += commit_slide(search, c, length);
         if (c->mode == NMM_CONTACT_OPEN) commit_open(c, length);
+        if (c->breaking) energy->fracture += nmm_max(0, c->bond_energy - stored_in(search, c));
+        c->bonded &= !c->breaking;
+        c->broken |= c->breaking;
+        c->breaking = false;
     }
     energy->elastic = nmm_contact_stored(search, state);
 }
 
-double nmm_contact_stored(const nmm_contact_search *search, const nmm_state *state) {
+double nmm_contact_stored(const nmm_contact_search *search, nmm_state *state) {
     double sum = 0;
-    for (int k = 0; k < state->n_contact; k++)
-        sum += stored_in(search, &state->contact[k]);
+    for (int k = 0; k < state->n_contact; k++) {
+        nmm_contact *c = &state->contact[k];
+        const double own = stored_in(search, c);
+        c->bond_energy = c->bonded ? own : 0;
+        sum += own;
+    }
     return sum;
 }

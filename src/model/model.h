@@ -140,7 +140,7 @@ typedef struct nmm_contact {
     bool bonded;           // cohesion and tension still act
     bool broken;           // was bonded once: residual friction from now on
     bool breaking;         // the bond gave way in this try of the step
-    bool hasty;            // augmented: the step is too short for carried forces to follow
+    bool hasty; // augmented: springs act alone, the step or the contact is too short for more
     double normal_stiffness, shear_stiffness; // [N/m]
     double anchor; // edge parameter where the shear spring is tied, at the start of the step
     double rest;   // [m] overlap it was found with, <= 0: carries no force
@@ -156,7 +156,7 @@ typedef struct nmm_contact {
     double spring_length; // [m] the same for springs: more on short sides
     double slid;          // [m] length slid since the contact came to be, never falls
     double force_before;  // [N] augmented: pressure at the end of the step before the last
-    double bond_energy;   // [J] stored when it gave way
+    double bond_energy;   // [J] that a bond stores at the start of the step
 } nmm_contact;
 
 typedef struct nmm_state {

@@ -37,7 +37,9 @@ void plan_start(sweeps *plan, double norm, double weighted) {
     plan->n_since = 0;
     plan->lowest = weighted;
     plan->largest = BEYOND_ALL_BOUNDS * weighted;
-    plan->mark = plan->chebyshev ? norm : weighted;
+    plan->least = norm;
+    plan->mark = norm;
+    plan->gained = false;
     plan->n_window = 0;
     plan->n_idle = 0;
     plan->n_still = 0;
@@ -124,15 +126,17 @@ sweeps_verdict plan_judge(sweeps *plan, double norm, double weighted) {
     // For a fixed damping r.D^-1 r is a sum of powers of the number of sweeps, which is convex:
     // once it has grown, it grows for ever.
     if (!plan->chebyshev && !(weighted <= 2 * plan->lowest)) return SWEEPS_DIVERGE;
-    plan->lowest = nmm_min(plan->lowest, weighted);
-    if (plan->n_window < WINDOW) return SWEEPS_GO_ON;
     // |r| may grow for a while under a fixed damping that converges; r.D^-1 r may not.
-    const double measure = plan->chebyshev ? norm : plan->lowest;
-    plan->n_idle = measure < plan->mark ? 0 : plan->n_idle + 1;
-    const double still = (plan->chebyshev ? STILL_SWING : STILL) * measure;
-    plan->n_still = fabs(measure - plan->mark) <= still ? plan->n_still + 1 : 0;
+    if (plan->chebyshev ? norm < plan->least : weighted < plan->lowest) plan->gained = true;
+    plan->lowest = nmm_min(plan->lowest, weighted);
+    plan->least = nmm_min(plan->least, norm);
+    if (plan->n_window < WINDOW) return SWEEPS_GO_ON;
+    plan->n_idle = plan->gained ? 0 : plan->n_idle + 1;
+    const double still = (plan->chebyshev ? STILL_SWING : STILL) * norm;
+    plan->n_still = fabs(norm - plan->mark) <= still ? plan->n_still + 1 : 0;
     if (plan->chebyshev) correct_bounds(plan, weighted);
-    plan->mark = measure;
+    plan->mark = norm;
+    plan->gained = false;
     plan->n_window = 0;
     if (plan->n_still == IDLE_WINDOWS) return SWEEPS_STAGNATE;
     if (plan->n_idle < IDLE_WINDOWS) return SWEEPS_GO_ON;

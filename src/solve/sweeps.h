@@ -17,8 +17,9 @@ typedef struct sweeps {
     int n_since;      // sweeps since then
     double lowest;    // smallest r.D^-1 r so far
     double largest;   // r.D^-1 r beyond which there is no way back
-    double mark;      // what must fall, when the window of sweeps that is watched began: the
-                      // residual, or for a fixed damping `lowest`
+    double least;     // smallest residual so far
+    double mark;      // residual when the window of sweeps that is watched began
+    bool gained;      // in it: a new least residual, for a fixed damping a new `lowest`
     int n_window;     // sweeps in it
     int n_idle;       // windows in a row that gained nothing
     int n_still;      // windows in a row that changed nothing

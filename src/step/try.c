@@ -33,6 +33,7 @@ static void restore_start(nmm_sim *sim) {
     nmm_state *state = &sim->state;
     const size_t pair = 2 * sizeof(double);
     memcpy(state->displacement, sim->start_displacement, (size_t)model->n_cover * pair);
+    memcpy(state->position, sim->start_position, (size_t)model->n_point * pair);
     if (model->n_support > 0) {
         memcpy(state->support_force, sim->start_support, (size_t)model->n_support * pair);
     }
@@ -517,7 +518,8 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     nmm_supports_begin(sim);
     sim->overlaps = false;
     restore_start(sim);
-    sim->stiff = nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h, sim->gentle);
+    sim->stiff = nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h, sim->gentle,
+                                    sim->settings.is_static);
     begin_move(sim, h, step.end);
     // Carried forces remember the way that passes take, and statics have many equilibria. Under
     // loads that set in at once bodies that touch may part anywhere: large slopes then found no

@@ -135,6 +135,30 @@ static void initial_stress_at(const nmm_scene *scene, const nmm_model *model, in
     stress[2] = 0;
 }
 
+// A stress as large as the modulus is that of a body stretched to twice its length or pressed to
+// nothing: let go, its elements turn inside out.
+static nmm_status check_initial_stress(const placing *p, nmm_scene *scene) {
+    const nmm_model *model = p->model;
+    for (int e = 0; e < model->n_element && scene->initial.kind != NMM_INITIAL_NONE; e++) {
+        const nmm_vec2 centre = {model->element_centre[2 * (long)e],
+                                 model->element_centre[2 * (long)e + 1]};
+        double s[3];
+        initial_stress_at(scene, model, e, centre, s);
+        const double mean = 0.5 * (s[0] + s[1]), half = 0.5 * (s[0] - s[1]);
+        const double principal = fabs(mean) + sqrt(half * half + s[2] * s[2]);
+        const int material = model->element_material[e];
+        const double modulus = model->material[material].youngs_modulus;
+        if (principal < modulus) continue;
+        return nmm_scene_reject(p->context, scene, scene->initial.mark,
+                                "the initial stress near (%.6g, %.6g), %.3g Pa, is %.3g times "
+                                "youngs_modulus of material '%s' there; strains as large as 1 are "
+                                "beyond linear elasticity: elements would turn inside out",
+                                centre.x + model->origin.x, centre.y + model->origin.y, principal,
+                                principal / modulus, scene->material_name[material]);
+    }
+    return NMM_OK;
+}
+
 // The traction of the initial stress on the segment's edges, at two Gauss points each: exact for a
 // stress linear in depth, so that a scene in balance does not move. Springless supports carry it.
 static nmm_status carry_initial_stress(placing *p, const nmm_scene *scene,
@@ -406,6 +430,7 @@ static nmm_status mark_nodal(placing *p) {
 static nmm_status place_all(placing *p, nmm_scene *scene) {
     TRY(mark_nodal(p));
     TRY(copy_histories(p, scene));
+    TRY(check_initial_stress(p, scene));
     for (int k = 0; k < scene->n_support; k++)
         TRY(place_support(p, scene, &scene->support[k]));
     for (int k = 0; k < scene->n_load; k++)

@@ -5,13 +5,20 @@
 // at least, whatever penalty the scene gives. It goes by the length that a contact stands for, as
 // the penalty does: else a uniform pressure would bring forces about that are far from uniform. In
 // short steps inertia is stiffer than any spring: carried forces would follow slowly, and do work
-// that nothing has stored. There they stay as they are. Equation (5.14) of
-// docs/theory/5-contact.md.
+// that nothing has stored. There they stay as they are, and so they do where joints cross. Equation
+// (5.14) of docs/theory/5-contact.md.
 
 #include "system.h"
 
+#include <math.h>
+
 // Stiffness per length at least, as a multiple of the modulus of a confined body over the size.
 #define LEAST 10.0
+
+// Contacts of lengths below this part of the size, or this multiple of their overlap, stand for
+// nothing but a crossing of joints.
+#define SHORT 1e-5
+#define DEEP 10.0
 
 // Inertia over that stiffness, up to which a step is slow.
 #define SLOW 0.01
@@ -95,6 +102,31 @@ static void limit_carried(nmm_contact *contact) {
     contact->carried_shear *= contact->carried_normal / carried;
 }
 
+// The slip becomes another one without work: the anchor follows.
+static void put_slip(const nmm_model *model, const nmm_state *state, nmm_contact *contact,
+                     double slip) {
+    const double *p = state->position + 2 * (long)model->vertex_point[contact->edge];
+    const double *q =
+        state->position + 2 * (long)model->vertex_point[model->vertex_next[contact->edge]];
+    const nmm_vec2 along = {q[0] - p[0], q[1] - p[1]};
+    contact->anchor += (contact->slip - slip) / sqrt(nmm_vec2_dot(along, along));
+    contact->slip = slip;
+}
+
+// After a short step springs hold forces. Stiffer ones hold the same by less of a way: else they
+// would do a work that nothing has stored. And what gave way along the edge has been gone: carried
+// forces, which know no energy, must not take it back.
+static void keep_forces(const nmm_model *model, const nmm_state *state, nmm_contact *contact) {
+    if (contact->mode == NMM_CONTACT_OPEN) return;
+    const double overlap =
+        (contact->carried_normal - contact->normal_force) / contact->normal_stiffness;
+    if (overlap < 0 && contact->gap - contact->rest < overlap)
+        contact->rest = contact->gap - overlap;
+    if (!contact->hasty) contact->carried_shear = contact->shear_force;
+    const double slip = (contact->carried_shear - contact->shear_force) / contact->shear_stiffness;
+    if (fabs(slip) < fabs(contact->slip)) put_slip(model, state, contact, slip);
+}
+
 static double confined_modulus(const nmm_system *system, const nmm_model *model, int edge) {
     const nmm_elastic *elastic =
         &system->elastic[model->element_material[model->edge_element[edge]]];
@@ -110,8 +142,16 @@ static double least_stiffness(const nmm_system *system, const nmm_model *model,
     return LEAST * both * contact->spring_length / model->size;
 }
 
+// Where joints cross, the blocks across share no more than a rounding or what they overlap by. To
+// keep such places apart for certain asks for forces of any size, one against the other; as in the
+// penalty method, springs in proportion to the length are enough.
+static bool is_crossing(const nmm_model *model, const nmm_contact *contact) {
+    const double overlap = fabs(contact->gap - contact->rest);
+    return contact->spring_length < nmm_max(SHORT * model->size, DEEP * overlap);
+}
+
 bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
-                        double h, bool gentle) {
+                        double h, bool gentle, bool rests) {
     bool stiff = false;
     if (system->cover_give == NULL) return stiff;
     const double inertia = 2 / (h * h) + 2 * system->damping / h;
@@ -123,13 +163,15 @@ bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_st
         // Between what is held there is nothing to hold.
         if (!(all.elastic > 0)) continue;
         const double least = least_stiffness(system, model, contact);
-        contact->hasty = inertia * all.elastic > SLOW * all.inertial;
+        const bool was_hasty = contact->hasty;
+        contact->hasty = inertia * all.elastic > SLOW * all.inertial || is_crossing(model, contact);
         const bool softened = gentle && !contact->hasty;
         const double own[2] = {softened ? 0 : contact->normal_stiffness,
                                softened ? 0 : contact->shear_stiffness};
         stiff |= !contact->hasty && own[0] > least;
         contact->normal_stiffness = nmm_max(own[0], least);
         contact->shear_stiffness = nmm_max(own[1], least / 2.5);
+        if (was_hasty && !rests) keep_forces(model, state, contact);
         if (contact->hasty) limit_carried(contact);
         contact->force_before = contact->normal_force;
     }

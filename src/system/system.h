@@ -210,10 +210,11 @@ typedef enum nmm_couples_change {
 
 /// Augmented contact: stiffness of the covers, and the least stiffness of contact springs in a step
 /// of length h. `gentle`: springs whose forces are carried have no more than that, whatever the
-/// penalty. Returns whether some have.
+/// penalty. `rests`: statics, where springs may take a way back that cost nothing. Returns whether
+/// some have more than the least stiffness.
 nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model);
 bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
-                        double h, bool gentle);
+                        double h, bool gentle, bool rests);
 
 /// The inside of nmm_system_pattern: contacts by couple, by vertex and by edge.
 nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const nmm_model *model);

@@ -346,6 +346,21 @@ static void test_bond_breaks_in_shear_at_its_strength(void **unused) {
     bodies_close(&b);
 }
 
+// Loaded and broken in one step, a bond has drawn nothing from the bodies: nothing is lost in it.
+static void test_bond_loses_what_it_stored(void **unused) {
+    (void)unused;
+    for (int augmented = 0; augmented < 2; augmented++) {
+        bodies b = bonded_brick();
+        nmm_contact_energy energy = {0};
+        bodies_options(&b, (nmm_contact_options){.penalty = BODY_PENALTY, .augmented = augmented});
+        accept_at(&b, 0, 3e-6, &energy);
+        assert_false(all_bonded(&b));
+        assert_near(energy.fracture, 0, 0);
+        assert_near(energy.elastic, 0, 0);
+        bodies_close(&b);
+    }
+}
+
 // A joint shorter than half a cover: its own length, for strength, initial stress and springs.
 static void test_bond_of_a_short_joint(void **unused) {
     (void)unused;
@@ -477,6 +492,55 @@ static void test_augmented_removes_the_overlap(void **unused) {
     bodies_close(&b);
 }
 
+// What is carried along the edge follows a contact that slides: else a force that was larger would
+// push the brick on, by friction, over the way of its spring.
+static void test_carried_friction_follows_its_limit(void **unused) {
+    (void)unused;
+    bodies b = brick_on_base(1);
+    bodies_options(&b, (nmm_contact_options){.penalty = BODY_PENALTY, .augmented = true});
+    b.model.interface[0].friction = 0.5;
+    nmm_contact_energy energy = {0};
+    bodies_find(&b, 0.01);
+    for (int k = 0; k < 2; k++) {
+        nmm_contact *c = &b.state.contact[k];
+        c->carried_normal = 1e4;
+        c->carried_shear = 5e3;
+    }
+    // A fifth of the pressure is left; the limit of the friction falls to 1e3.
+    bodies_put(&b, 1, 0, 0.8e-6, 0);
+    bodies_evaluate(&b);
+    assert_int_equal(left_foot(&b)->mode, NMM_CONTACT_SLIDE);
+    assert_close(left_foot(&b)->shear_force, 1e3, 1e-6);
+    bodies_put(&b, 1, -0.1e-6, 0.8e-6, 0);
+    bodies_evaluate(&b);
+    // Friction along the way: it gives.
+    assert_true(left_foot(&b)->shear_force * left_foot(&b)->slip > 0);
+    assert_true(nmm_contact_give(b.search, &b.model, &b.state) > 0.1);
+    nmm_contact_raise(b.search, &b.state, 1);
+    assert_close(left_foot(&b)->carried_shear, 1e3, 1e-6);
+    bodies_commit(&b, &energy);
+    bodies_close(&b);
+}
+
+// What short steps leave in a spring is stored, also where the contact slides.
+static void test_sliding_spring_stores(void **unused) {
+    (void)unused;
+    bodies b = brick_on_base(1);
+    bodies_options(&b, (nmm_contact_options){.penalty = BODY_PENALTY, .augmented = true});
+    b.model.interface[0].friction = 0.5;
+    nmm_contact_energy energy = {0};
+    bodies_find(&b, 0.01);
+    b.state.contact[0].hasty = b.state.contact[1].hasty = true;
+    bodies_put(&b, 1, 1e-5, -1e-6, 0);
+    bodies_evaluate(&b);
+    bodies_commit(&b, &energy);
+    assert_int_equal(left_foot(&b)->mode, NMM_CONTACT_SLIDE);
+    // N 1e4 and k_n 1e10, T 5e3 and k_s 4e9, at both feet; the rest of the way is lost.
+    assert_close(energy.elastic, 2 * (0.5 * 1e4 * 1e-6 + 0.5 * 5e3 * 1.25e-6), 1e-5);
+    assert_close(energy.friction, 2 * 5e3 * (1e-5 - 1.25e-6), 1e-5);
+    bodies_close(&b);
+}
+
 // A spring made stiffer holds until the next step; a carried force acts whatever it is then.
 static void test_raise_makes_springs_stiffer(void **unused) {
     (void)unused;
@@ -567,7 +631,10 @@ int main(void) {
         cmocka_unit_test(test_initial_stress_is_in_balance),
         cmocka_unit_test(test_initial_shear_beyond_friction),
         cmocka_unit_test(test_initial_tension_opens),
+        cmocka_unit_test(test_bond_loses_what_it_stored),
         cmocka_unit_test(test_augmented_removes_the_overlap),
+        cmocka_unit_test(test_carried_friction_follows_its_limit),
+        cmocka_unit_test(test_sliding_spring_stores),
         cmocka_unit_test(test_raise_makes_springs_stiffer),
         cmocka_unit_test(test_force_is_the_derivative_of_the_energy),
     };

@@ -647,6 +647,9 @@ def test_found(t):
         result = t.run(what, scene)
         if result:
             t.add(what, *judge(result))
+    for name, (what, words) in REFUSED.items():
+        t.head(name)
+        t.refused(what, found_scene(name), words)
 
 
 def falls_side_by_side(result):
@@ -678,6 +681,14 @@ FOUND = {
     "soft_beside_hard": ("equilibrium of a soft body beside a hard one", None, strains_side_by_side),
     "augmented_gain": ("a moving block between others, penalty 0.19 E, augmented",
                        None, gains_energy),
+    "crossing": ("crossings of joints that share less than a micrometre, augmented",
+                 None, gains_energy),
+    "bonds": ("bonds that break under initial stress, penalty 0.2 E, augmented",
+              None, gains_energy),
+}
+
+REFUSED = {
+    "inside_out": ("an initial stress of four times the modulus", "elements would turn inside out"),
 }
 
 GROUPS = {

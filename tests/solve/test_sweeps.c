@@ -52,7 +52,8 @@ static int run(sweeps *plan, model *m, double limit, int most) {
         const double norm = norm_of(m);
         if (norm <= limit * first) return done;
         const sweeps_verdict verdict = plan_judge(plan, norm, norm * norm);
-        if (verdict != SWEEPS_GO_ON) return -(int)verdict;
+        // Nothing rounds here.
+        if (verdict != SWEEPS_GO_ON && verdict != SWEEPS_DOUBT) return -(int)verdict;
     }
     return most + 1;
 }

@@ -154,6 +154,56 @@ static void test_initial_stress_is_in_balance(void **unused) {
     nmm_sim_destroy(sim);
 }
 
+static void test_initial_stress_beyond_the_modulus(void **unused) {
+    (void)unused;
+    const char *const stress[] = {
+        "initial_stress={kind: uniform, xx: -0.9e9, yy: 0, xy: 0}",
+        "initial_stress={kind: uniform, xx: 0.5e9, yy: 0.5e9, xy: 0.6e9}"};
+    for (int k = 0; k < 2; k++) {
+        nmm_sim *sim = NULL;
+        nmm_sim_def def = nmm_default_sim_def();
+        def.path = "test.yaml";
+        def.text = SCENE_BLOCK_ON_BASE;
+        def.text_length = strlen(def.text);
+        def.n_override = 1;
+        def.override = &stress[k];
+        assert_int_equal(nmm_sim_create(&sim, &def), k == 0 ? NMM_OK : NMM_ERROR_INPUT);
+        if (k == 1) assert_non_null(strstr(nmm_sim_error(sim)->message, "youngs_modulus"));
+        nmm_sim_destroy(sim);
+    }
+}
+
+// Springs of short steps: in a long one, or as stiffer ones, they begin with the force they held.
+static void test_springs_keep_their_force(void **unused) {
+    (void)unused;
+    const char *const changes[] = {"contact.method=augmented"};
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 1, changes);
+    take_steps(sim, 1);
+    for (int rests = 0; rests < 2; rests++) {
+        nmm_contact *c = &sim->state.contact[0], was;
+        c->mode = NMM_CONTACT_STICK;
+        c->hasty = true;
+        c->gap = -1e-7, c->rest = 0, c->carried_normal = 0, c->normal_force = 1e3;
+        c->slip = 2e-7, c->carried_shear = 0, c->shear_force = -300;
+        c->normal_stiffness = 1e10 * (1 + 1e-12), c->shear_stiffness = 1.5e9;
+        was = *c;
+        nmm_system_stiffen(&sim->system, &sim->model, &sim->state, 10, false, rests == 1);
+        c = &sim->state.contact[0];
+        assert_false(c->hasty);
+        const double overlap = c->gap - c->rest;
+        if (rests == 1) {
+            assert_near(c->slip, was.slip, 0);
+            assert_near(overlap, was.gap, 0);
+            continue;
+        }
+        assert_near(c->slip, 0, 0);
+        assert_near(c->carried_shear, -300, 0);
+        assert_true(c->normal_stiffness >= 1e10 && c->anchor != was.anchor);
+        assert_close(c->carried_normal - c->normal_stiffness * overlap, 1e3, 1e-9);
+    }
+    nmm_sim_destroy(sim);
+}
+
 static void test_steady_loop_allocates_nothing(void **unused) {
     (void)unused;
     nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 0, NULL);
@@ -200,6 +250,8 @@ int main(void) {
         cmocka_unit_test(test_largest_move),
         cmocka_unit_test(test_floor_of_dt),
         cmocka_unit_test(test_initial_stress_is_in_balance),
+        cmocka_unit_test(test_initial_stress_beyond_the_modulus),
+        cmocka_unit_test(test_springs_keep_their_force),
         cmocka_unit_test(test_steady_loop_allocates_nothing),
         cmocka_unit_test(test_only_what_the_scene_needs),
         cmocka_unit_test(test_target_that_is_not_there),
