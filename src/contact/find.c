@@ -128,6 +128,7 @@ static void set_springs(const nmm_contact_search *search, const nmm_model *model
     c->shear_stiffness = shear * length;
 }
 
+// All but its springs.
 static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model *model,
                                const nmm_raw *raw) {
     nmm_contact c = {.vertex = raw->vertex, .edge = raw->edge, .length = raw->length};
@@ -136,15 +137,13 @@ static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model
     c.gap = raw->gap;
     const nmm_edge_line *e = &search->line[raw->edge];
     c.anchor = nmm_vec2_dot(e->t, nmm_vec2_sub(search->line[raw->vertex].p, e->p)) / e->length;
-    set_springs(search, model, &c);
     return c;
 }
 
 // --- History
 
 // Take over what `old` knew. Forces per length are kept; the slip too, so the anchor moves along.
-static void inherit(const nmm_contact_search *search, const nmm_model *model, nmm_contact *c,
-                    const nmm_contact *old) {
+static void inherit(const nmm_contact_search *search, nmm_contact *c, const nmm_contact *old) {
     const bool same = old->vertex == c->vertex && old->edge == c->edge;
     nmm_contact next = *old;
     next.vertex = c->vertex;
@@ -162,7 +161,6 @@ static void inherit(const nmm_contact_search *search, const nmm_model *model, nm
         next.anchor = c->anchor - old->slip / search->line[c->edge].length;
         next.interface = c->interface;
     }
-    set_springs(search, model, &next);
     *c = next;
 }
 
@@ -205,9 +203,10 @@ static nmm_contact with_history(const nmm_contact_search *search, const nmm_mode
                                 const nmm_raw *raw, const nmm_contact *old) {
     nmm_contact c = new_contact(search, model, raw);
     if (old != NULL)
-        inherit(search, model, &c, old);
+        inherit(search, &c, old);
     else
         c.rest = nmm_min(0, c.gap);
+    set_springs(search, model, &c);
     return c;
 }
 

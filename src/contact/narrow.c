@@ -122,15 +122,24 @@ static double facing_of(const nmm_narrowing *now, const nmm_raw *raw) {
     return floor(nmm_vec2_dot(now->line[raw->edge].n, inward) / NMM_EQUAL + 0.5);
 }
 
-// Which of two that exclude each other: the one in front of its edge, the one that was pressed, the
-// one with the smaller overlap; of equal ones that of a whole side, the one that faces the corner
-// more.
+// Of two edges in line that end before the vertex: is the other one nearer? By more than rounding.
+static bool is_nearer_in_line(const nmm_narrowing *now, const nmm_raw *other, const nmm_raw *own) {
+    const nmm_vec2 t = now->line[own->edge].t, u = now->line[other->edge].t;
+    const bool in_line = nmm_vec2_dot(t, u) > 0 && fabs(nmm_vec2_cross(t, u)) <= NMM_SLANTED;
+    return in_line && own->beyond - other->beyond > NMM_EXACT * now->model->size;
+}
+
+// Which of two that exclude each other: the one in front of its edge, of two in line the nearer
+// one, the one that was pressed, the one with the smaller overlap; of equal ones that of a whole
+// side, the one that faces the corner more.
 static bool is_better(const nmm_narrowing *now, const nmm_raw *other, const nmm_raw *own) {
     const nmm_last_list *last = &now->last;
     const double unit = NMM_EXACT * now->model->size;
     const double own_gap = floor(own->gap / unit + 0.5), other_gap = floor(other->gap / unit + 0.5);
     const bool own_inside = own->beyond == 0, other_inside = other->beyond == 0;
     if (own_inside != other_inside) return other_inside;
+    if (is_nearer_in_line(now, other, own)) return true;
+    if (is_nearer_in_line(now, own, other)) return false;
     const bool own_closed = was_closed(last, own), other_closed = was_closed(last, other);
     if (own_closed != other_closed) return other_closed;
     if (own_gap != other_gap) return other_gap > own_gap;
@@ -139,18 +148,27 @@ static bool is_better(const nmm_narrowing *now, const nmm_raw *other, const nmm_
     return own_facing != other_facing ? other_facing > own_facing : other->edge < own->edge;
 }
 
+// Does raw contact k take the place of the corner in raw contact i? Where i is of a side as well,
+// not in line with it: there the mesh cuts one side.
+static bool takes_corner(const nmm_narrowing *now, const nmm_raw *raw, int k, int i) {
+    if (k == i || !is_better(now, &raw[k], &raw[i])) return false;
+    const nmm_vec2 t = now->line[raw[i].edge].t, u = now->line[raw[k].edge].t;
+    if (!raw[i].corner && fabs(nmm_vec2_cross(t, u)) <= NMM_PARALLEL) return false;
+    return exclude_each_other(now, raw[i].edge, raw[k].edge);
+}
+
 static int choose_sides(const nmm_narrowing *now, nmm_raw *raw, int n) {
     for (int i = 0; i < n; i++) {
         raw[i].dropped = false;
-        if (!raw[i].corner) continue;
-        for (int k = 0; k < n && !raw[i].dropped; k++) {
-            raw[i].dropped = k != i && is_better(now, &raw[k], &raw[i]) &&
-                             exclude_each_other(now, raw[i].edge, raw[k].edge);
-        }
+        if (raw[i].corner_length == 0) continue;
+        for (int k = 0; k < n && !raw[i].dropped; k++)
+            raw[i].dropped = takes_corner(now, raw, k, i);
     }
     int kept = 0;
     for (int i = 0; i < n; i++) {
-        if (!raw[i].dropped) raw[kept++] = raw[i];
+        if (raw[i].dropped && raw[i].corner) continue;
+        if (raw[i].dropped) raw[i].corner_length = 0;
+        raw[kept++] = raw[i];
     }
     return kept;
 }

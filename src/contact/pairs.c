@@ -7,6 +7,7 @@
 
 #include "search.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -115,17 +116,23 @@ static nmm_vec2 reference_middle(const nmm_model *model, int e) {
     return (nmm_vec2){0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])};
 }
 
+// What is thinner may be so by rounding: places have as few digits as the scene's coordinates.
+static double least_thickness(const nmm_model *model) {
+    const double far = nmm_max(fabs(model->origin.x), fabs(model->origin.y));
+    return nmm_max(NMM_EXACT * model->size, 64 * DBL_EPSILON * far);
+}
+
 // Is each behind the other: the two sides of something thin, a wedge between two joints say? They
 // see the same material, not each other.
 static bool back_to_back(const nmm_model *model, int a, int b, nmm_vec2 of_a, nmm_vec2 of_b) {
     const nmm_vec2 way = nmm_vec2_sub(reference_middle(model, b), reference_middle(model, a));
-    const double thin = NMM_EXACT * model->size;
+    const double thin = least_thickness(model);
     return nmm_vec2_cross(way, of_a) < -thin && nmm_vec2_cross(way, of_b) > thin;
 }
 
 // Neighbours of a loop meet only as the two faces of a crack at its tip; edges of one block only
 // when they faced each other at the start, so that the answer does not depend on when it is asked.
-static bool can_meet(const nmm_model *model, int a, int b) {
+bool nmm_edges_can_meet(const nmm_model *model, int a, int b) {
     if (model->vertex_block[a] != model->vertex_block[b]) return true;
     if (model->vertex_next[a] == b || model->vertex_next[b] == a) return model->edge_mate[a] == b;
     const nmm_vec2 of_a = reference_direction(model, a), of_b = reference_direction(model, b);
@@ -146,7 +153,7 @@ static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *mo
             if (one->ix != two->ix || one->iy != two->iy || !boxes_meet(first, second)) continue;
             if (cell_of(nmm_max(first->low.x, second->low.x), size) != one->ix) continue;
             if (cell_of(nmm_max(first->low.y, second->low.y), size) != one->iy) continue;
-            if (!can_meet(model, one->edge, two->edge)) continue;
+            if (!nmm_edges_can_meet(model, one->edge, two->edge)) continue;
             if (out != NULL) out[n] = (nmm_edge_pair){one->edge, two->edge};
             n += 1;
         }

@@ -139,6 +139,9 @@ nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
 nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nmm_narrowing *now,
                       int *n_raw);
 
+/// May two edges meet, whichever place they have? Those of one block not always.
+bool nmm_edges_can_meet(const nmm_model *model, int a, int b);
+
 /// Raw contacts of one pair of edges.
 void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair);
 

@@ -123,12 +123,12 @@ typedef struct interval_end {
 } interval_end;
 
 // Of two ends at one place: does `u` stand for both? The one on the side of the middle of all does;
-// what the mesh numbers first must not matter. Where the middle is on the line itself the block
-// that was listed first has it.
+// what the mesh numbers first must not matter. Two edges that lean have a line between them, whose
+// sides are theirs. Where the middle is on it the block that was listed first has it.
 static bool comes_first(const nmm_narrowing *now, const interval_end *end) {
-    const nmm_edge_line *e = line_of(now, end->e);
+    const nmm_vec2 from_f = nmm_vec2_sub(line_of(now, end->e)->n, line_of(now, end->f)->n);
     const nmm_vec2 way = nmm_vec2_sub(now->middle, line_of(now, end->u)->p);
-    const double off = nmm_vec2_dot(e->n, way), far = sqrt(nmm_vec2_dot(way, way));
+    const double off = 0.5 * nmm_vec2_dot(from_f, way), far = sqrt(nmm_vec2_dot(way, way));
     if (fabs(off) > NMM_EQUAL * far) return off > 0;
     const int of_u = now->model->vertex_block[end->u], of_w = now->model->vertex_block[end->w];
     return of_u != of_w ? of_u < of_w : end->u < end->w;
@@ -287,12 +287,23 @@ static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line
     add_raw(now, &c, (nmm_raw){.corner_length = length, .beyond = beyond, .corner = true});
 }
 
+// The vertices of edge a on edge b. Each vertex comes with the edge that begins there; where that
+// one cannot meet b, because it is of the same block, it comes with the edge that ends there.
+static void corners_of(nmm_narrowing *now, int a, int b) {
+    const nmm_model *model = now->model;
+    const nmm_edge_line *e = line_of(now, b);
+    corner(now, a, b, e);
+    if (model->vertex_block[a] != model->vertex_block[b]) return;
+    const int end = nmm_vertex_behind(now, a);
+    if (end != b && !nmm_edges_can_meet(model, end, b)) corner(now, end, b, e);
+}
+
 void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair) {
     const nmm_edge_line *a = line_of(now, pair.a), *b = line_of(now, pair.b);
     // The vertex of a tiny edge is stood for by the one behind it.
     if (is_tiny(now, a) || is_tiny(now, b)) return;
     const double share = share_parallel(a, b);
     if (share > 0) edge_edge(now, pair.a, pair.b, a, b, share);
-    corner(now, pair.a, pair.b, b);
-    corner(now, pair.b, pair.a, a);
+    corners_of(now, pair.a, pair.b);
+    corners_of(now, pair.b, pair.a);
 }

@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: MIT
 //
 // Where elements with covers of order > 0 are integrated. The polygon of an element is divided into
-// triangles by cutting off ears, in integers; each triangle gets the points of a symmetric rule
-// (Dunavant 1985): of degree 2 p for the strain energy of order p, and once, of degree 2 p + 2, for
-// the products of functions in the mass. Corners on straight sides make no triangle of their own.
-// Where no ear is found, which exact arithmetic leaves to polygons that touch themselves, the rest
-// is divided as a fan whose triangles have signs: integrals of polynomials are the same.
+// triangles by cutting off ears, in integers and by geometry alone; each triangle gets the points
+// of a symmetric rule (Dunavant 1985): of degree 2 p for the strain energy of order p, and once, of
+// degree 2 p + 2, for the products of functions in the mass. Corners on straight sides make no
+// triangle of their own. Where no ear is found, which exact arithmetic leaves to polygons that
+// touch themselves, the rest is divided as a fan whose triangles have signs: integrals of
+// polynomials are the same.
 
 #include "cut.h"
+
+#include <math.h>
+
+// Diagonals whose squares differ by less are equal: places are rounded.
+#define NMM_EVEN 1e-6
 
 // --- Pieces
 
@@ -62,20 +68,57 @@ static bool is_straight(const ear_ring *ring, int i) {
                            ring->place[ring->next[i]]) == 0;
 }
 
+static double squared_distance(nmm_ipoint a, nmm_ipoint b) {
+    const double x = (double)(b.x - a.x), y = (double)(b.y - a.y);
+    return x * x + y * y;
+}
+
+// The corner to cut off: a straight one, else the ear with the shortest base, so that geometry
+// decides and not where the list of corners begins; -1: there is none.
+static int choose_corner(const ear_ring *ring, int start) {
+    double least = INFINITY;
+    int best = -1;
+    for (int k = 0, i = start; k < ring->n; k++, i = ring->next[i]) {
+        if (is_straight(ring, i)) return i;
+        const double base =
+            squared_distance(ring->place[ring->prev[i]], ring->place[ring->next[i]]);
+        if (base >= least || !is_ear(ring, i)) continue;
+        best = i, least = base;
+    }
+    return best;
+}
+
+// Four corners with two equal diagonals are divided by neither, but about their middle.
+static nmm_status divide_evenly(nmm_cut *cut, ear_ring *ring, int start) {
+    nmm_ipoint corner[4], middle = {0, 0};
+    for (int k = 0, i = start; k < 4; k++, i = ring->next[i]) {
+        corner[k] = ring->place[i];
+        middle.x += corner[k].x / 4, middle.y += corner[k].y / 4;
+    }
+    const double a = squared_distance(corner[0], corner[2]);
+    const double b = squared_distance(corner[1], corner[3]);
+    if (fabs(a - b) > NMM_EVEN * a) return NMM_OK;
+    for (int k = 0; k < 4; k++) {
+        if (nmm_orientation(corner[k], corner[(k + 1) % 4], middle) <= 0) return NMM_OK;
+    }
+    ring->n = 0;
+    for (int k = 0; k < 4; k++)
+        TRY(add_piece(cut, corner[k], corner[(k + 1) % 4], middle));
+    return NMM_OK;
+}
+
 static nmm_status cut_ears(nmm_cut *cut, ear_ring *ring) {
-    int i = 0, passed = 0;
+    int i = 0;
     while (ring->n >= 3) {
-        // A whole round without an ear: a fan round this corner.
-        const bool fan = passed > ring->n;
-        const int at = fan ? ring->next[i] : i;
-        if (fan || is_straight(ring, at) || is_ear(ring, at)) {
-            i = fan ? i : ring->next[at];
-            TRY(cut_off(cut, ring, at));
-            if (!fan) passed = 0;
-        } else {
-            i = ring->next[i];
-            passed += 1;
+        int at = choose_corner(ring, i);
+        if (ring->n == 4 && at >= 0 && !is_straight(ring, at)) {
+            TRY(divide_evenly(cut, ring, at));
+            if (ring->n == 0) break;
         }
+        // No ear: one triangle of a fan round corner i.
+        if (at < 0) at = ring->next[i];
+        i = ring->next[at];
+        TRY(cut_off(cut, ring, at));
     }
     return NMM_OK;
 }

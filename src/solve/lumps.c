@@ -193,6 +193,7 @@ void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double factor, double
 
 const nmm_lumps_kernels *nmm_lumps_fastest(void) {
 #if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f")) return &nmm_lumps_avx512;
     if (__builtin_cpu_supports("avx2")) return &nmm_lumps_avx2;
 #endif
     return &nmm_lumps_plain;

@@ -66,7 +66,7 @@ typedef struct nmm_lumps_kernels {
     void (*combine)(const float *basis, int m, long n, const double *part, float *y);
 } nmm_lumps_kernels;
 
-extern const nmm_lumps_kernels nmm_lumps_plain, nmm_lumps_avx2;
+extern const nmm_lumps_kernels nmm_lumps_plain, nmm_lumps_avx2, nmm_lumps_avx512;
 
 /// Those for this processor; the same bits.
 const nmm_lumps_kernels *nmm_lumps_fastest(void);

@@ -22,6 +22,25 @@ enum { CHUNK = 2048 };
 typedef float lanes_there __attribute__((vector_size(32), aligned(4), may_alias));
 #define AT(x) (*(lanes_there *)(x))
 #define LOAD(x) (*(const lanes_there *)(x))
+typedef float four_there __attribute__((vector_size(16), aligned(4), may_alias));
+#define FOUR(x) (*(four_there *)(x))
+#define SPREAD(v, k) __builtin_shufflevector(v, v, k, k, k, k, k, k, k, k)
+
+// Two of them, which AVX-512 has in one register: the same sums.
+#ifdef __AVX512F__
+typedef float two_lanes __attribute__((vector_size(64)));
+typedef float two_there __attribute__((vector_size(64), aligned(4), may_alias));
+#define LOAD_TWO(x) (*(const two_there *)(x))
+#define PAIR(v, i, k) __builtin_shufflevector(v, v, i, i, i, i, i, i, i, i, k, k, k, k, k, k, k, k)
+typedef union both_lanes {
+    lanes half[2];
+    two_lanes all;
+} both_lanes;
+#else
+typedef union both_lanes {
+    lanes half[2];
+} both_lanes;
+#endif
 
 // --- Diagonal blocks
 
@@ -102,9 +121,9 @@ static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, int i) {
     }
     // As symmetric as it was but for rounding: rows serve as columns.
     for (int r = 0; r < 6; r++) {
-        const four_lanes column[2] = {__builtin_convertvector(row[r][0], four_lanes),
-                                      __builtin_convertvector(row[r][1], four_lanes)};
-        memcpy(lumps->inverse + 48 * (long)i + 8 * r, column, sizeof column);
+        float *column = lumps->inverse + 48 * (long)i + 8 * r;
+        FOUR(column) = __builtin_convertvector(row[r][0], four_lanes);
+        FOUR(column + 4) = __builtin_convertvector(row[r][1], four_lanes);
     }
     return true;
 }
@@ -122,11 +141,11 @@ static inline void take_two_columns(const double *const row[3], const wide_lanes
         part[r] = __builtin_convertvector(v * left[r] * right, four_lanes);
     }
     const four_lanes zero = {0, 0, 0, 0};
-    const four_lanes list[4] = {__builtin_shufflevector(part[0], part[1], 0, 2, 4, 6),
-                                __builtin_shufflevector(part[2], zero, 0, 2, 4, 5),
-                                __builtin_shufflevector(part[0], part[1], 1, 3, 5, 7),
-                                __builtin_shufflevector(part[2], zero, 1, 3, 4, 5)};
-    memcpy(column, list, sizeof list);
+    // Store by store: collected first they would be waited for.
+    FOUR(column) = __builtin_shufflevector(part[0], part[1], 0, 2, 4, 6);
+    FOUR(column + 4) = __builtin_shufflevector(part[2], zero, 0, 2, 4, 5);
+    FOUR(column + 8) = __builtin_shufflevector(part[0], part[1], 1, 3, 5, 7);
+    FOUR(column + 12) = __builtin_shufflevector(part[2], zero, 1, 3, 4, 5);
 }
 
 // A block of 6x6 at the three blocks from `from` on of each of the three rows.
@@ -174,31 +193,38 @@ static bool take(nmm_lumps *lumps, const nmm_bsr *K) {
 
 // --- Sweeps
 
-// Sum of n blocks times the parts of x at these places.
-static inline void sum_blocks(const float *block, const int *place, int n, const float *x,
-                              lanes *sum) {
-    lanes a = {0}, b = {0}, c = {0};
-    for (int k = 0; k < n; k++, block += 48) {
-        const float *part = x + 8 * (long)place[k];
-        a += LOAD(block) * part[0];
-        b += LOAD(block + 8) * part[1];
-        c += LOAD(block + 16) * part[2];
-        a += LOAD(block + 24) * part[3];
-        b += LOAD(block + 32) * part[4];
-        c += LOAD(block + 40) * part[5];
-    }
-    *sum = (a + b) + c;
+// sum += three even columns and, apart, three odd ones of a block times a part of x.
+static inline void add_block(const float *block, const lanes *x, both_lanes *sum) {
+#ifdef __AVX512F__
+    sum->all += LOAD_TWO(block) * PAIR(*x, 0, 1);
+    sum->all += LOAD_TWO(block + 16) * PAIR(*x, 2, 3);
+    sum->all += LOAD_TWO(block + 32) * PAIR(*x, 4, 5);
+#else
+    sum->half[0] += LOAD(block) * SPREAD(*x, 0);
+    sum->half[1] += LOAD(block + 8) * SPREAD(*x, 1);
+    sum->half[0] += LOAD(block + 16) * SPREAD(*x, 2);
+    sum->half[1] += LOAD(block + 24) * SPREAD(*x, 3);
+    sum->half[0] += LOAD(block + 32) * SPREAD(*x, 4);
+    sum->half[1] += LOAD(block + 40) * SPREAD(*x, 5);
+#endif
 }
 
-#define SPREAD(v, k) __builtin_shufflevector(v, v, k, k, k, k, k, k, k, k)
+// Sum of n blocks times the parts of x at these places.
+static inline void sum_blocks(const float *block, const int *place, int n, const float *x,
+                              lanes *result) {
+    both_lanes sum = {{{0}}};
+    for (int k = 0; k < n; k++, block += 48) {
+        const lanes part = LOAD(x + 8 * (long)place[k]);
+        add_block(block, &part, &sum);
+    }
+    *result = sum.half[0] + sum.half[1];
+}
 
 // y = v - D^-1 x.
 static inline void take_off(const float *inverse, const lanes *x, const float *v, lanes *y) {
-    const lanes own = *x;
-    const lanes a = LOAD(inverse) * SPREAD(own, 0) + LOAD(inverse + 8) * SPREAD(own, 1);
-    const lanes b = LOAD(inverse + 16) * SPREAD(own, 2) + LOAD(inverse + 24) * SPREAD(own, 3);
-    const lanes c = LOAD(inverse + 32) * SPREAD(own, 4) + LOAD(inverse + 40) * SPREAD(own, 5);
-    *y = LOAD(v) - ((a + b) + c);
+    both_lanes sum = {{{0}}};
+    add_block(inverse, x, &sum);
+    *y = LOAD(v) - (sum.half[0] + sum.half[1]);
 }
 
 static void backward(const nmm_lumps *lumps, const float *v, float *t) {
@@ -257,6 +283,17 @@ static double step(float *w, const float *v, float p, const float *next, long n)
         const long end = begin + CHUNK < n ? begin + CHUNK : n;
         lanes sum[4] = {{0}};
         long i = begin;
+#ifdef __AVX512F__
+        two_lanes two[2] = {{0}};
+        for (; i + 32 <= end; i += 32) {
+            for (int k = 0; k < 2; k++) {
+                const two_lanes left = LOAD_TWO(w + i + 16 * k) - LOAD_TWO(v + i + 16 * k) * p;
+                *(two_there *)(w + i + 16 * k) = left;
+                two[k] += left * LOAD_TWO(next + i + 16 * k);
+            }
+        }
+        memcpy(sum, two, sizeof sum);
+#else
         for (; i + 32 <= end; i += 32) {
             for (int k = 0; k < 4; k++) {
                 const lanes left = LOAD(w + i + 8 * k) - LOAD(v + i + 8 * k) * p;
@@ -264,6 +301,7 @@ static double step(float *w, const float *v, float p, const float *next, long n)
                 sum[k] += left * LOAD(next + i + 8 * k);
             }
         }
+#endif
         for (; i < end; i += 8) {
             const lanes left = LOAD(w + i) - LOAD(v + i) * p;
             AT(w + i) = left;

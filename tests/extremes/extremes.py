@@ -17,7 +17,7 @@ import re
 import sys
 import time
 
-from random_scenes import back, mirrored, renumbered
+from random_scenes import back, mirrored, renumbered, shifted, turned
 from scene import LEDGER, Fault, change, digits, distance, material, numbers_of, run, square
 
 GRAVITY = 9.81
@@ -674,13 +674,24 @@ COPIED = {
     "needle": ("a needle in its notch", mirrored),
     "light_impact": ("a light block that hits the ground beside heavy ones", mirrored),
     "tilted_sides": ("sides that press on each other and lean", renumbered),
+    "leaning_sides": ("a crossing of joints with the middle of all between them", mirrored),
+    "edges_in_line": ("a corner beyond the end of a side that the mesh cuts", mirrored),
+    "divided_elements": ("elements of order 2 that are strained", mirrored),
+    "needle_tip": ("the tip of a needle on a side of its own block", mirrored),
+    "far_crack": ("a crack whose faces slide and overlap deeply", shifted),
+    "steep_friction": ("joints at friction of 80 degrees", turned),
 }
+
+def comes_through(result):
+    return f"{result['steps']} steps instead of 2", result["steps"] <= 20
+
 
 FOUND = {
     "light_beside_heavy": ("free fall of 1 g beside 100 t", None, falls_side_by_side),
     "soft_beside_hard": ("equilibrium of a soft body beside a hard one", None, strains_side_by_side),
     "augmented_gain": ("a moving block between others, penalty 0.19 E, augmented",
                        None, gains_energy),
+    "resting_beside": ("a block with forces of 1e-20 N beside one with 1e7 N", None, comes_through),
     "crossing": ("crossings of joints that share less than a micrometre, augmented",
                  None, gains_energy),
     "bonds": ("bonds that break under initial stress, penalty 0.2 E, augmented",

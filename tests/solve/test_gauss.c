@@ -228,6 +228,7 @@ static void test_knows_a_pattern_that_came_in_a_pause(void **unused) {
     test_system_destroy(&x.context, &x.system);
     build_threes(&x, 40, 7);
     couple(&x, 0.5, 6);
+    x.options.place = x.system.f;
     x.solver->gauss->pause = 1;
     solve(&x);
     assert_false(x.report.coupled);
