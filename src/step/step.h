@@ -206,6 +206,9 @@ static inline double nmm_sim_time_after(const nmm_sim *sim, double h) {
     return sim->settings.is_static ? sim->settings.end : sim->state.time + h;
 }
 
+/// Are contact springs too stiff for the digits of places? Then the words for it, else "".
+void nmm_say_clouded(const nmm_sim *sim, char *text, size_t size);
+
 /// Statics: has the state that was just accepted come to rest, or is there no equilibrium? Sets end
 /// and reason of report and summary.
 void nmm_static_judge(nmm_sim *sim, double h);
