@@ -251,6 +251,7 @@ typedef struct search {
     double wanted, gain;    // orders of magnitude in all, and to go
     int most;               // iterations allowed
     int iterations, setups; // so far
+    double work;            // so far
     bool to_the_end;        // nothing to turn to: larger blocks failed, or mixed was asked for
 } search;
 
@@ -315,6 +316,8 @@ static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_repor
     const double before = solver->guess_norm, last = report->residual * solver->norm;
     s->iterations += report->iterations;
     s->setups += report->setups;
+    s->work += s->price.prepare[s->kind];
+    if (s->kind != DIRECT) s->work += report->iterations * s->price.iterate[s->kind];
     learn(s->experience, s->kind, report->iterations, before, last);
     // Where float32 did not do once, it is not tried before the memory fades.
     const bool narrow = s->now.precision == NMM_PRECISION_MIXED;
@@ -358,6 +361,7 @@ nmm_status nmm_choose_blocks(nmm_context *context, nmm_solver *solver, const nmm
     }
     report->iterations = s.iterations;
     report->setups = s.setups;
+    report->work = s.work;
     static const char *const why[] = {
         "", "2x2 blocks promise the least work", "clusters promise the least work",
         "rigid motions of bodies promise the least work", "a direct solve promises the least work"};
@@ -375,11 +379,15 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
                       options->blocks == NMM_BLOCKS_AUTO &&
                       options->precision != NMM_PRECISION_MIXED;
     report->coupled = false;
+    double in_vain = 0;
     solver->pattern += !keep_pattern || solver->pattern == 0;
     if (options->coupling != NULL && free && !solver->staged) {
         TRY(nmm_gauss_solve(context, solver, K, f, u, keep_pattern, options, report));
+        in_vain = solver->gauss->work;
     }
     if (report->coupled) return NMM_OK;
     nmm_solve_run *run = nmm_solver_chooses(options) ? nmm_choose_blocks : solver->run;
-    return run(context, solver, K, f, u, keep_pattern, options, report);
+    TRY(run(context, solver, K, f, u, keep_pattern, options, report));
+    report->work += in_vain;
+    return NMM_OK;
 }

@@ -10,6 +10,8 @@
 
 #include "gauss.h"
 
+#include "direct.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -35,8 +37,7 @@
 #define PER_NUMBER 0.2 // of the factor, twice for each solve with it
 #define PER_FAR 0.6    // the same of a factor with more numbers than CACHE, which lies in memory
 #define CACHE 1e6
-#define ANALYSE 30.0    // by block
-#define FIRST_WORK 10.0 // of a factor not known yet, by block
+#define ANALYSE 30.0 // by block
 
 // Work of a factor from which on threads share it.
 #define LEAST_SHARED 1e6
@@ -259,25 +260,30 @@ static int minimise(const nmm_solver *s, nmm_gauss *g, int kind, double gain, in
 
 // --- Control
 
-// Nanoseconds that each kind promises for `gain` orders of magnitude; infinite where it cannot be.
-static void price(const nmm_gauss *g, const nmm_bsr *K, double gain, bool reuse, double *work) {
+// Nanoseconds that a kind takes for so many iterations.
+static double work_of(const nmm_gauss *g, const nmm_bsr *K, int kind, double iterations) {
     const double n_block = K->row_start[K->n_row], n = K->n_row;
     const bool lumps = g->lump == 3;
     const double sweeps =
         lumps ? PER_NARROW * n_block + PER_LUMP / 3 * n : PER_BLOCK * n_block + PER_ROW * n;
     const double per_number = g->factor.n_number > CACHE ? PER_FAR : PER_NUMBER;
     const double apply = 2 * per_number * g->factor.n_number;
-    double times[NMM_GAUSS_KINDS];
+    if (kind == NMM_GAUSS_SWEEPS) return (lumps ? TAKE_LUMPS * n_block : 0) + iterations * sweeps;
+    if (kind == NMM_GAUSS_KEPT) return (apply + PER_BLOCK * n_block) * (1 + iterations);
+    if (nmm_factor_knows(&g->factor, K)) return g->factor.work + apply * (1 + iterations);
+    // Not known yet: what a direct solve of such a size is thought to take.
+    double analysis = 0;
+    const double work = nmm_direct_work(NULL, K, &analysis);
+    return work + analysis / nmm_max_int(2, g->n_kept);
+}
+
+// What each kind promises for `gain` orders of magnitude; infinite where it cannot be.
+static void price(const nmm_gauss *g, const nmm_bsr *K, double gain, bool reuse, double *work) {
     for (int kind = 0; kind < NMM_GAUSS_KINDS; kind++)
-        times[kind] = gain / g->rate[kind];
-    work[NMM_GAUSS_SWEEPS] = times[NMM_GAUSS_SWEEPS] * sweeps;
-    if (lumps) work[NMM_GAUSS_SWEEPS] += TAKE_LUMPS * n_block + LESS_EXACT;
-    work[NMM_GAUSS_FACTOR] = (FIRST_WORK + ANALYSE / nmm_max_int(2, g->n_kept)) * n_block;
-    work[NMM_GAUSS_KEPT] = INFINITY;
-    if (!nmm_factor_knows(&g->factor, K)) return;
-    work[NMM_GAUSS_FACTOR] = g->factor.work + apply * (1 + times[NMM_GAUSS_FACTOR]);
-    if (reuse && g->made)
-        work[NMM_GAUSS_KEPT] = (apply + PER_BLOCK * n_block) * (1 + times[NMM_GAUSS_KEPT]);
+        work[kind] = work_of(g, K, kind, gain / g->rate[kind]);
+    const bool kept = reuse && g->made && nmm_factor_knows(&g->factor, K);
+    if (!kept) work[NMM_GAUSS_KEPT] = INFINITY;
+    if (g->lump == 3) work[NMM_GAUSS_SWEEPS] += LESS_EXACT;
 }
 
 // The kind that promises the least work.
@@ -358,9 +364,13 @@ static void judge(nmm_gauss *g, bool solved) {
 static nmm_status try_kind(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
                            int kind, nmm_solve_report *report, double *norm) {
     bool made = false;
+    const bool known = kind == NMM_GAUSS_SWEEPS || nmm_factor_knows(&g->factor, K);
     *norm = INFINITY;
     TRY(prepare(context, s, g, K, kind, &made));
-    if (made) report->iterations += iterate(s, g, kind, norm);
+    const int iterations = made ? iterate(s, g, kind, norm) : 0;
+    report->iterations += iterations;
+    g->work += work_of(g, K, kind, iterations);
+    if (!known) g->work += ANALYSE * K->row_start[K->n_row];
     return NMM_OK;
 }
 
@@ -392,6 +402,7 @@ static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const n
     };
     report->method = kind == NMM_GAUSS_SWEEPS ? NMM_SOLVE_PCG : NMM_SOLVE_DIRECT;
     report->why = why[kind];
+    report->work = g->work;
     report->coupled = report->end == NMM_SOLVE_CONVERGED;
     return NMM_OK;
 }
@@ -402,6 +413,7 @@ nmm_status nmm_gauss_solve(nmm_context *context, nmm_solver *solver, const nmm_b
     report->coupled = false;
     TRY(reserve(context, &solver->gauss, solver->max_row));
     nmm_gauss *g = solver->gauss;
+    g->work = 0;
     if (g->pause > 0) {
         g->pause -= 1;
         return NMM_OK;

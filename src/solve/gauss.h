@@ -39,6 +39,7 @@ typedef struct nmm_gauss {
     double rate[NMM_GAUSS_KINDS]; // orders of magnitude that an iteration gains
     int solves;                   // since rates were last forgotten
     int n_kept;                   // with the pattern at hand
+    double work;                  // [ns] counted, of the solve at hand
 } nmm_gauss;
 
 void nmm_gauss_destroy(nmm_context *context, struct nmm_gauss **gauss);

@@ -103,6 +103,9 @@ typedef struct nmm_solve_report {
     const char *why; // a sentence on what auto chose or mixed fell back to; "" otherwise
     bool coupled;    // the coupling was taken into account
     int setups;      // times blocks or factors were made anew for this solve
+    // What auto takes the solve for, all that it tried [ns of one core]: counted, not measured, the
+    // same on any machine. 0: it had nothing to choose.
+    double work;
     int iterations;
     int row;                // row that caused the trouble, -1: none
     double residual;        // true |f - K u| / |f| of what u holds at the end; -1: not measured

@@ -341,8 +341,11 @@ static nmm_status do_step(nmm_sim *sim) {
     TRY(find_contacts(sim, h));
     TRY(save_start(sim));
     nmm_system_begin(&sim->context, &sim->system, &sim->model, &sim->state);
+    nmm_friction_begin(&sim->friction, sim->system.K.n_row);
     TRY(settle_step(sim, &h));
     if (report->end != NMM_END_RUNNING) return NMM_OK;
+    // Steps of statics are too different to be compared.
+    if (!sim->settings.is_static) nmm_friction_end(&sim->friction);
     TRY(accept_step(sim, h));
     plan_next(sim, h);
     report->step = sim->state.step;

@@ -8,6 +8,7 @@
 #include "balance.h"
 #include "contact.h"
 #include "cover.h"
+#include "friction.h"
 #include "mixing.h"
 #include "motion.h"
 #include "nearby.h"
@@ -60,6 +61,9 @@
 /// The same in the first pass of a step: what is left there is strewn over contacts that only just
 /// touch, and takes passes to be gathered in again.
 #define NMM_FIRST_TOLERANCE 3e-4
+
+/// Part of these that a close following of friction asks for.
+#define NMM_CLOSE_PART 0.1
 
 /// Unbalanced forces over those before that a pass which knows of friction may leave, not to be in
 /// vain.
@@ -160,9 +164,10 @@ struct nmm_sim {
     // Displacement of the step by itself: end minus start would lose its digits in short steps.
     double *moved; // [n_cover][2]
 
-    nmm_mixing mixing; // of the passes; open where there is contact
-    nmm_motion motion; // the same
-    nmm_nearby nearby; // of solves for part of the rows; open from the first that may be
+    nmm_mixing mixing;     // of the passes; open where there is contact
+    nmm_motion motion;     // the same
+    nmm_friction friction; // how closely passes follow it
+    nmm_nearby nearby;     // of solves for part of the rows; open from the first that may be
 
     nmm_balance balance;      // of the forces, block by block
     nmm_free_body *free_body; // [n_block]; NULL: the scheme does not keep momenta

@@ -95,6 +95,7 @@ static nmm_status open_solver(nmm_sim *sim) {
 // system that is to be written is solved as it is written.
 static bool couples(const nmm_sim *sim, const passes *p) {
     if (sim->state.n_contact == 0 || sim->comparable || sim->dump.write != NULL) return false;
+    if (sim->friction.way == NMM_FRICTION_APART) return false;
     return p->n_vain < 2 && !p->in_vain;
 }
 
@@ -166,6 +167,7 @@ static nmm_status couple(nmm_sim *sim, const passes *p) {
     coupling->tolerance =
         count_flips(&p->verdict) == 0 ? NMM_QUIET_TOLERANCE : NMM_COUPLED_TOLERANCE;
     if (p->n == 0) coupling->tolerance = NMM_FIRST_TOLERANCE;
+    if (sim->friction.way == NMM_FRICTION_CLOSE) coupling->tolerance *= NMM_CLOSE_PART;
     if (!couples(sim, p)) return NMM_OK;
     TRY(nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state,
                           p->part ? sim->nearby.place : NULL));
@@ -213,6 +215,8 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
             : solve_all(sim, &options, report));
     nmm_balance_take_weights(&sim->balance, system, &sim->model);
     nmm_solves_count(&sim->summary, report);
+    nmm_friction_pass(&sim->friction, p->part ? sim->nearby.n_row : system->K.n_row, report->work,
+                      p->verdict.n_sliding > 0);
     sim->report.solver_iterations += report->iterations;
     nmm_sim_clock(sim, &sim->summary.phase_seconds.solve);
     return NMM_OK;
