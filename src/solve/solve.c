@@ -571,6 +571,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
     take_values(solver, K);
     if (report->precision == NMM_PRECISION_MIXED && !take_narrow(solver)) {
         report->precision = NMM_PRECISION_DOUBLE;
+        report->fell_back = true;
         report->why = "numbers beyond float32";
     }
     TRY(make_blocks(context, solver, report));
