@@ -168,6 +168,7 @@ static double run_mixed(nmm_solver *s, sweeps *plan, double norm, nmm_solve_repo
         report->end = NMM_SOLVE_CONVERGED;
         report->by_average_change = false;
         report->precision = NMM_PRECISION_DOUBLE;
+        report->fell_back = true;
         report->why = "float32 gained nothing more, float64 went on";
         // Bounds that float32's rounding has bent.
         if (plan != NULL) *plan = planned;

@@ -101,7 +101,8 @@ typedef struct nmm_solve_report {
     nmm_solve_precision precision;
     int n_thread;
     const char *why; // a sentence on what auto chose or mixed fell back to; "" otherwise
-    bool coupled;    // the coupling was taken into account
+    bool coupled;    // the coupling was taken into account, by minimal residuals
+    bool fell_back;  // float32 was begun or asked for, and float64 had to go on: `why`
     int setups;      // times blocks or factors were made anew for this solve
     // What auto takes the solve for, all that it tried [ns of one core]: counted, not measured, the
     // same on any machine. 0: it had nothing to choose.

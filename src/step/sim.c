@@ -124,8 +124,9 @@ static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
     snprintf(summary->method, sizeof summary->method, "%s",
              nmm_solve_method_name(nmm_step_method(sim)));
     snprintf(summary->device, sizeof summary->device, "%s", sim->backend->name);
-    snprintf(summary->precision, sizeof summary->precision, "%s",
+    snprintf(summary->precision_asked, sizeof summary->precision_asked, "%s",
              nmm_solve_precision_word[nmm_step_precision(sim)]);
+    snprintf(summary->precision, sizeof summary->precision, "double");
     return NMM_OK;
 }
 
