@@ -600,6 +600,7 @@ void nmm_solver_finish(nmm_solver *solver, double norm, double *u, nmm_solve_rep
     if (kept || norm <= solver->guess_norm) {
         if (write_back(solver, u)) return;
         report->end = NMM_SOLVE_DIVERGED;
+        report->why = "the solution is beyond the range of numbers";
     }
     // Failed and worse than the first guess: that is still in u, unless zero was better than it.
     report->residual = solver->guess_norm / solver->norm;
