@@ -143,8 +143,8 @@ typedef struct nmm_summary {
     long with_direct;                         ///< solves that ended with the direct method
     long with_friction; ///< solves with friction's coupling, by minimal residuals (GMRES)
     long setups;        ///< times blocks or factors were made anew
-    long transfers;     ///< to and from the device
-    double transfer_bytes;
+    long transfers;     ///< copies to and from the device
+    double transfer_bytes, transfer_seconds; ///< their size and time
     long dt_cuts, open_close_iterations;
     nmm_energy energy;
     double max_penetration;  ///< [m] over the whole run
@@ -253,6 +253,8 @@ typedef struct nmm_linear_report {
     int on_device; ///< seen inside a target region
     char why[256]; ///< what `auto` chose and why; may be empty
     int n_thread, setups, iterations;
+    long transfers;                          ///< of the last solve, to and from the device
+    double transfer_bytes, transfer_seconds; ///< their size and time
     int by_average_change;         ///< 1: ended by the average change, whatever `residual` is
     double residual;               ///< |f - K u| / |f|; -1: not measured
     double lambda_min, lambda_max; ///< estimates for D^-1 K; 0: not made

@@ -61,6 +61,9 @@ static void json_report(const arguments *given, const nmm_linear_report *r) {
     json_integer(&out, "row", r->row);
     json_integer(&out, "setups", r->setups);
     json_integer(&out, "iterations", r->iterations);
+    json_integer(&out, "transfers", r->transfers);
+    json_number(&out, "transfer_bytes", r->transfer_bytes);
+    json_number(&out, "transfer_seconds", r->transfer_seconds);
     json_boolean(&out, "by_average_change", r->by_average_change);
     json_number(&out, "residual", r->residual >= 0 ? r->residual : NAN);
     json_number(&out, "lambda_min", r->lambda_min);

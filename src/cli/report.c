@@ -130,8 +130,9 @@ static void print_steps(const nmm_summary *s) {
     printf("\n");
     print_solves(s);
     if (s->transfers > 0) {
-        printf("  %ld transfers to and from the device, %.3g MB\n", s->transfers,
-               1e-6 * s->transfer_bytes);
+        printf("  %ld transfers to and from the device, %.3g MB, %.3g s: a solve %.1f, %.3g kB\n",
+               s->transfers, 1e-6 * s->transfer_bytes, s->transfer_seconds,
+               (double)s->transfers / solves, 1e-3 * s->transfer_bytes / solves);
     }
 }
 
@@ -204,6 +205,7 @@ void json_solver(json *out, const nmm_summary *s) {
     json_close(out);
     json_integer(out, "transfers", s->transfers);
     json_number(out, "transfer_bytes", s->transfer_bytes);
+    json_number(out, "transfer_seconds", s->transfer_seconds);
     json_close(out);
 }
 

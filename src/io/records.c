@@ -82,6 +82,7 @@ static const nmm_h5_column summary_column[] = {
     SUMMARY('l', setups, "", "times blocks or factors were made anew"),
     SUMMARY('l', transfers, "", "transfers to and from the device"),
     SUMMARY('d', transfer_bytes, "B", "their size"),
+    SUMMARY('d', transfer_seconds, "s", "their time"),
     SUMMARY('l', dt_cuts, "", "times a step was shortened"),
     SUMMARY('l', open_close_iterations, "", "open-close passes"),
     ENERGY_COLUMNS(nmm_summary),

@@ -113,8 +113,8 @@ typedef struct nmm_solve_report {
     double lambda_max;      // estimate for D^-1 K, 0: not made
     double lambda_min;      // the same, chebyshev only
     bool by_average_change; // converged by the paper's test, whatever `residual` is
-    long transfers;         // to and from the device
-    double transfer_bytes;
+    long transfers;         // copies to and from the device; 0 on the host
+    double transfer_bytes, transfer_seconds;
     bool on_device; // observed inside the kernels of this solve
 } nmm_solve_report;
 

@@ -101,7 +101,8 @@ nmm_solve_precision nmm_step_precision(const nmm_sim *sim) {
         [NMM_SCENE_MIXED] = NMM_PRECISION_MIXED,
         [NMM_SCENE_PRECISION_AUTO] = NMM_PRECISION_AUTO,
     };
-    return precision[sim->settings.precision];
+    const bool is_auto = sim->settings.precision == NMM_SCENE_PRECISION_AUTO;
+    return is_auto && sim->comparable ? NMM_PRECISION_DOUBLE : precision[sim->settings.precision];
 }
 
 nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,

@@ -60,6 +60,7 @@ void nmm_solves_count(nmm_sim *sim, const nmm_solve_report *report) {
     summary->setups += report->setups;
     summary->transfers += report->transfers;
     summary->transfer_bytes += report->transfer_bytes;
+    summary->transfer_seconds += report->transfer_seconds;
     summary->on_device |= report->on_device;
 }
 

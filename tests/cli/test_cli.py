@@ -533,8 +533,16 @@ class Systems(Case):
             self.assertEqual(result[side]["solver"]["on_device"], side == "target")
             self.assertGreater(result[side]["seconds_per_iteration"], 0)
             self.assertEqual(sorted(result[side]["phase_seconds"]), sorted(PHASE_FIELDS))
+            for part in "solve", "step":
+                amount = result[side]["transfers_per_" + part]
+                for name in "transfers", "bytes", "seconds":
+                    self.assertEqual(amount[name] > 0, side == "target", name)
         self.assertEqual(result["host"]["state_hash"], result["target"]["state_hash"])
         self.assertGreater(len(result["break_even"]["measured"]), 1)
+        self.assertIn("unknowns", result["break_even"]["against_auto"])
+        for rung in result["break_even"]["measured"]:
+            self.assertGreater(rung["host_auto_seconds"], 0)
+            self.assertRegex(rung["host_auto"], "^(direct|pcg, (cover|cluster|body))$")
         self.expect(0, "compare", "fall.yaml", "--steps", "3", out="equal in every bit")
 
 
