@@ -126,16 +126,25 @@ typedef struct nmm_summary {
     char reason[256];
     double wall_seconds;
     nmm_phases phase_seconds;
-    char method[32]; ///< solver method used
-    char device[64]; ///< "host" or the device
-    int on_device;   ///< 1 when seen inside a target region
-    char precision[16];
+    char method[32];    ///< solver method asked for; the counts below tell what was used
+    char device[64];    ///< "host" or the device
+    int on_device;      ///< 1 when seen inside a target region
+    char precision[16]; ///< used: "mixed" when some solve was mixed to its end, else "double"
+    char precision_asked[16];
+    long with_mixed;        ///< solves in mixed precision to their end
+    long fell_back;         ///< solves that began in mixed precision, and double had to go on
+    char fall_back[64];     ///< why the last of those did; may be empty
+    int solve_threads;      ///< most threads of a solve
+    char why[96];           ///< why `auto` chose what it chose most often; may be empty
+    long why_solves;        ///< solves for which it said so
+    long by_average_change; ///< solves that ended by the average change, whatever their residual
     long solves, iterations, failed;
     long with_cover, with_cluster, with_body; ///< solves by the diagonal blocks they ended with
     long with_direct;                         ///< solves that ended with the direct method
-    long setups;                              ///< times blocks or factors were made anew
-    long transfers;                           ///< to and from the device
-    double transfer_bytes;
+    long with_friction; ///< solves with friction's coupling, by minimal residuals (GMRES)
+    long setups;        ///< times blocks or factors were made anew
+    long transfers;     ///< copies to and from the device
+    double transfer_bytes, transfer_seconds; ///< their size and time
     long dt_cuts, open_close_iterations;
     nmm_energy energy;
     double max_penetration;  ///< [m] over the whole run
@@ -244,6 +253,9 @@ typedef struct nmm_linear_report {
     int on_device; ///< seen inside a target region
     char why[256]; ///< what `auto` chose and why; may be empty
     int n_thread, setups, iterations;
+    long transfers;                          ///< of the last solve, to and from the device
+    double transfer_bytes, transfer_seconds; ///< their size and time
+    int by_average_change;         ///< 1: ended by the average change, whatever `residual` is
     double residual;               ///< |f - K u| / |f|; -1: not measured
     double lambda_min, lambda_max; ///< estimates for D^-1 K; 0: not made
     double solution_norm;          ///< |u|

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // nmm compare: the same steps on host and on target, side by side. Equal in every bit, or how far
-// apart; times by phase and by iteration; and from which size on the target pays, by solves of
-// generated systems on both.
+// apart; times by phase and by iteration, and what was copied; and from which size on the target
+// pays, by solves of generated systems: against the same method on the host, and against what the
+// host would choose.
 
 #include "json.h"
 #include "message.h"
@@ -12,20 +13,32 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /// Steps where the user does not say; sizes of the ladder, each four times the one before; a rung
-/// longer than this is the last [s]; iterations of its solves.
-enum { STEPS = 50, RUNGS = 6, FIRST_RUNG = 512, RUNG_ITERATIONS = 40 };
+/// longer than this is the last [s].
+enum { STEPS = 50, RUNGS = 6, FIRST_RUNG = 512 };
 #define RUNG_SECONDS 0.3
 
 enum { HOST, TARGET, SIDES };
 static const char *const side_name[SIDES] = {"host", "target"};
 
-/// One size of the ladder: seconds of a whole solve of so many iterations.
+/// Whole solves of the ladder: the same one on both sides, and what the host would choose.
+enum { HOST_BEST = SIDES, RUNNERS };
+
+/// One size of the ladder.
 typedef struct rung {
-    int unknowns, iterations;
-    double seconds[SIDES];
+    int unknowns, iterations; // of pcg
+    double seconds[RUNNERS];
+    char best[40]; // what the host chose
 } rung;
+
+/// Unknowns from which on the target is faster; 0: not found. Estimated: between or beyond the
+/// sizes measured.
+typedef struct break_even {
+    double unknowns;
+    bool is_estimated;
+} break_even;
 
 typedef struct comparison {
     nmm_sim *sim[SIDES];
@@ -37,8 +50,7 @@ typedef struct comparison {
     bool agree;
     int n_rung;
     rung rung[RUNGS];
-    double pays_from;  // unknowns from which on the target is faster; 0: not found
-    bool is_estimated; // pays_from lies between or beyond the sizes measured
+    break_even against_pcg, against_best;
 } comparison;
 
 // --- The steps
@@ -106,50 +118,63 @@ static double iteration_seconds(const nmm_summary *s) {
 
 // --- Break-even
 
+// All to the same tolerance. The system and its load are the same ones each time, the pattern is
+// new each time.
 static bool measure_rung(rung *r, int unknowns, int n_thread) {
-    for (int side = HOST; side < SIDES; side++) {
+    for (int runner = HOST; runner < RUNNERS; runner++) {
         nmm_linear_report report;
         nmm_linear_def def = nmm_default_linear_def();
         def.generate = unknowns;
-        def.method = "pcg";
-        def.blocks = "cover";
-        def.tolerance = 1e-14;
-        def.max_iterations = RUNG_ITERATIONS;
+        if (runner != HOST_BEST) {
+            def.method = "pcg";
+            def.blocks = "cluster";
+        }
         def.n_repeat = 3;
         def.n_thread = n_thread;
-        def.device = side == HOST ? NMM_DEVICE_HOST : NMM_DEVICE_TARGET;
-        if (nmm_linear_solve(&def, &report) != NMM_OK) return false;
+        def.device = runner == TARGET ? NMM_DEVICE_TARGET : NMM_DEVICE_HOST;
+        if (nmm_linear_solve(&def, &report) != NMM_OK || !report.converged) return false;
         r->unknowns = report.order;
-        r->iterations = report.iterations;
-        r->seconds[side] = report.seconds;
+        r->seconds[runner] = report.seconds;
+        if (runner != HOST_BEST) r->iterations = report.iterations;
+        const bool direct = !strcmp(report.method, "direct");
+        snprintf(r->best, sizeof r->best, "%s%s%s", report.method, direct ? "" : ", ",
+                 direct ? "" : report.blocks);
     }
     return true;
 }
 
 // Where two straight lines through both rungs cross; 0: beyond the second one nowhere.
-static double crossing(const rung *a, const rung *b) {
-    const double before = a->seconds[TARGET] - a->seconds[HOST];
-    const double after = b->seconds[TARGET] - b->seconds[HOST];
+static double crossing(const rung *a, const rung *b, int rival) {
+    const double before = a->seconds[TARGET] - a->seconds[rival];
+    const double after = b->seconds[TARGET] - b->seconds[rival];
     if (!(before > after)) return 0;
     return b->unknowns + after / (before - after) * (b->unknowns - a->unknowns);
 }
 
-static void find_break_even(comparison *c, int n_thread) {
+// After the last size at which the rival is no slower, where the target is faster at the end; else
+// beyond all sizes.
+static break_even find_break_even(const comparison *c, int rival) {
+    int first = c->n_rung;
+    while (first > 0 && c->rung[first - 1].seconds[TARGET] < c->rung[first - 1].seconds[rival])
+        first--;
+    if (first == 0 && c->n_rung > 0) return (break_even){.unknowns = c->rung[0].unknowns};
+    if (c->n_rung < 2) return (break_even){0};
+    const int second = first < c->n_rung ? first : first - 1;
+    return (break_even){.unknowns = crossing(&c->rung[second - 1], &c->rung[second], rival),
+                        .is_estimated = true};
+}
+
+static void climb_ladder(comparison *c, int n_thread) {
     double longest = 0;
     for (int size = FIRST_RUNG; c->n_rung < RUNGS && longest < RUNG_SECONDS; size *= 4) {
-        rung *r = &c->rung[c->n_rung];
-        if (!measure_rung(r, size, n_thread)) return;
+        const rung *r = &c->rung[c->n_rung];
+        if (!measure_rung(&c->rung[c->n_rung], size, n_thread)) break;
         c->n_rung += 1;
-        longest = fmax(r->seconds[HOST], r->seconds[TARGET]);
-        if (r->seconds[TARGET] > r->seconds[HOST]) continue;
-        // Faster: from here on, or from somewhere behind the rung before.
-        c->is_estimated = c->n_rung > 1;
-        c->pays_from = c->is_estimated ? crossing(r - 1, r) : r->unknowns;
-        return;
+        for (int runner = HOST; runner < RUNNERS; runner++)
+            longest = fmax(longest, r->seconds[runner]);
     }
-    if (c->n_rung < 2) return;
-    c->is_estimated = true;
-    c->pays_from = crossing(&c->rung[c->n_rung - 2], &c->rung[c->n_rung - 1]);
+    c->against_pcg = find_break_even(c, HOST);
+    c->against_best = find_break_even(c, HOST_BEST);
 }
 
 // --- Text
@@ -183,18 +208,40 @@ static void print_times(const comparison *c) {
            iteration_seconds(&c->summary[TARGET]));
 }
 
-static void print_break_even(const comparison *c) {
-    printf("\nOne solve of a generated system [s], setup and transfers included\n");
-    printf("  unknowns  iterations      host     target\n");
-    for (int k = 0; k < c->n_rung; k++)
-        printf("  %8d  %10d %9.3g  %9.3g\n", c->rung[k].unknowns, c->rung[k].iterations,
-               c->rung[k].seconds[HOST], c->rung[k].seconds[TARGET]);
-    if (c->pays_from > 0)
-        printf("  the target pays from %s%.3g unknowns on%s\n",
-               !c->is_estimated && c->n_rung == 1 ? "at most " : "about ", c->pays_from,
-               c->is_estimated ? " (estimate, by straight lines through the last two sizes)" : "");
+// Copies to and from the device, in all, by solve and by step.
+static void print_transfers(const comparison *c) {
+    const nmm_summary *s = &c->summary[TARGET];
+    const struct {
+        const char *name;
+        long n;
+    } row[] = {{"in all", 1}, {"one solve", s->solves}, {"one step", s->steps}};
+    printf("\nTransfers               number        kB          s\n");
+    for (int k = 0; k < 3; k++) {
+        const double n = row[k].n > 0 ? (double)row[k].n : 1;
+        printf("  %-14s %13.1f %9.4g %10.3g\n", row[k].name, (double)s->transfers / n,
+               1e-3 * s->transfer_bytes / n, s->transfer_seconds / n);
+    }
+}
+
+static void print_verdict(const break_even *b, const char *rival) {
+    printf("  against %s the target ", rival);
+    if (b->unknowns > 0)
+        printf("pays from %s%.3g unknowns on%s\n", b->is_estimated ? "about " : "at most ",
+               b->unknowns, b->is_estimated ? " (estimate, by straight lines)" : "");
     else
-        printf("  the target does not pay at any size measured, nor gains with size\n");
+        printf("does not pay at the largest size measured, nor gains with size\n");
+}
+
+static void print_break_even(const comparison *c) {
+    printf("\nOne solve of a generated system to 1e-8 [s], setup and transfers included\n");
+    printf("  unknowns  iterations  host pcg  target pcg  host auto\n");
+    for (int k = 0; k < c->n_rung; k++) {
+        const rung *r = &c->rung[k];
+        printf("  %8d  %10d %9.3g %11.3g %10.3g  (%s)\n", r->unknowns, r->iterations,
+               r->seconds[HOST], r->seconds[TARGET], r->seconds[HOST_BEST], r->best);
+    }
+    print_verdict(&c->against_pcg, "the host's pcg");
+    print_verdict(&c->against_best, "the host's own choice");
 }
 
 static void print_comparison(const comparison *c, const char *path) {
@@ -206,10 +253,20 @@ static void print_comparison(const comparison *c, const char *path) {
                s[side].method, s[side].precision, s[side].solves, s[side].iterations);
     print_answers(c);
     print_times(c);
+    print_transfers(c);
     print_break_even(c);
 }
 
 // --- JSON
+
+static void json_transfers(json *out, const char *name, const nmm_summary *s, long n) {
+    const double part = n > 0 ? 1.0 / (double)n : 1;
+    json_open(out, name);
+    json_number(out, "transfers", part * (double)s->transfers);
+    json_number(out, "bytes", part * s->transfer_bytes);
+    json_number(out, "seconds", part * s->transfer_seconds);
+    json_close(out);
+}
 
 static void json_side(json *out, const comparison *c, int side) {
     const nmm_summary *s = &c->summary[side];
@@ -219,15 +276,24 @@ static void json_side(json *out, const comparison *c, int side) {
     json_phases(out, s);
     json_solver(out, s);
     json_number(out, "seconds_per_iteration", iteration_seconds(s));
+    json_transfers(out, "transfers_per_solve", s, s->solves);
+    json_transfers(out, "transfers_per_step", s, s->steps);
     json_hash(out, "state_hash", s->state_hash);
     json_close(out);
 }
 
+static void json_verdict(json *out, const break_even *b) {
+    // JSON knows no infinity: null where the target never pays.
+    json_number(out, "unknowns", b->unknowns > 0 ? b->unknowns : INFINITY);
+    json_boolean(out, "estimated", b->is_estimated);
+}
+
 static void json_break_even(json *out, const comparison *c) {
     json_open(out, "break_even");
-    // JSON knows no infinity: null where the target never pays.
-    json_number(out, "unknowns", c->pays_from > 0 ? c->pays_from : INFINITY);
-    json_boolean(out, "estimated", c->is_estimated);
+    json_verdict(out, &c->against_pcg);
+    json_open(out, "against_auto");
+    json_verdict(out, &c->against_best);
+    json_close(out);
     json_open_array(out, "measured");
     for (int k = 0; k < c->n_rung; k++) {
         const rung *r = &c->rung[k];
@@ -236,6 +302,8 @@ static void json_break_even(json *out, const comparison *c) {
         json_integer(out, "iterations", r->iterations);
         json_number(out, "host_seconds", r->seconds[HOST]);
         json_number(out, "target_seconds", r->seconds[TARGET]);
+        json_number(out, "host_auto_seconds", r->seconds[HOST_BEST]);
+        json_text(out, "host_auto", r->best);
         json_close(out);
     }
     json_close_array(out);
@@ -285,7 +353,7 @@ int command_compare(const arguments *given) {
     int status = open_sides(&c, given);
     if (status == EXIT_DONE) status = take_steps(&c, given);
     if (status == EXIT_DONE) {
-        find_break_even(&c, given->n_thread);
+        climb_ladder(&c, given->n_thread);
         if (given->json)
             json_comparison(&c, given->path);
         else

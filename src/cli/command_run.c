@@ -35,8 +35,8 @@ static nmm_status write_end(nmm_output *output, nmm_sim *sim) {
 }
 
 /// All steps. Returns the exit status; the run file then lacks only its end.
-static int take_steps(nmm_sim *sim, nmm_output *output, const char *path, bool quiet) {
-    progress line = progress_start(nmm_sim_end_time(sim), quiet);
+static int take_steps(nmm_sim *sim, nmm_output *output, const char *path, const arguments *given) {
+    progress line = progress_start(nmm_sim_end_time(sim), given->quiet);
     nmm_step_report report = {.end = NMM_END_RUNNING};
     while (report.end == NMM_END_RUNNING && !interrupt_asked()) {
         // A failed step leaves the state of the last good one, so what follows still saves it.
@@ -44,7 +44,8 @@ static int take_steps(nmm_sim *sim, nmm_output *output, const char *path, bool q
         const bool written = stepped && write_step(output, sim, &report) == NMM_OK;
         if (!written) {
             progress_clear(&line);
-            return message_failure(stepped ? nmm_output_error(output) : nmm_sim_error(sim), path);
+            return stepped ? message_failure(nmm_output_error(output), path)
+                           : message_failure(nmm_sim_error(sim), given->path);
         }
         progress_step(&line, &report);
     }
@@ -96,7 +97,7 @@ static int run_scene(nmm_sim *sim, nmm_output **output, const arguments *given, 
     if (given->dump &&
         nmm_sim_dump_system(sim, given->dump_step, given->dump_iteration, given->dump) != NMM_OK)
         return message_failure(nmm_sim_error(sim), given->dump);
-    int status = take_steps(sim, *output, path, given->quiet);
+    int status = take_steps(sim, *output, path, given);
     // A failed step is an early end of the caller's making.
     if (status > EXIT_EARLY) nmm_sim_interrupt(sim);
     if (status != EXIT_SYSTEM && write_end(*output, sim) != NMM_OK)

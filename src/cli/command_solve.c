@@ -6,7 +6,17 @@
 #include "message.h"
 #include "options.h"
 
+#include <math.h>
 #include <stdio.h>
+
+// Iterations and residual, where there is one.
+static const char *progress_of(const nmm_linear_report *r, char text[80]) {
+    const int n =
+        snprintf(text, 80, "%d iteration%s", r->iterations, r->iterations == 1 ? "" : "s");
+    if (r->residual >= 0)
+        snprintf(text + n, 80 - (size_t)n, ", relative residual %.3g", r->residual);
+    return text;
+}
 
 static void print_report(const arguments *given, const nmm_linear_report *r) {
     printf("%s: order %d, %ld entries%s\n", given->path, r->order, r->entries,
@@ -14,7 +24,10 @@ static void print_report(const arguments *given, const nmm_linear_report *r) {
     printf("  %s, %s blocks, %s precision, on %s, %d thread%s\n", r->method, r->blocks,
            r->precision, r->device, r->n_thread, r->n_thread > 1 ? "s" : "");
     if (r->why[0]) printf("  %s\n", r->why);
-    printf("  %s: %d iterations, relative residual %.3g", r->reason, r->iterations, r->residual);
+    char progress[80];
+    printf("  %s%s: %s", r->reason,
+           r->by_average_change ? " by the average change of the unknowns, not the residual" : "",
+           progress_of(r, progress));
     if (r->lambda_max > 0) printf(", lambda_max %.6g", r->lambda_max);
     printf("\n  %.4g s for setup and solve", r->seconds);
     if (given->linear.n_repeat > 1)
@@ -48,7 +61,11 @@ static void json_report(const arguments *given, const nmm_linear_report *r) {
     json_integer(&out, "row", r->row);
     json_integer(&out, "setups", r->setups);
     json_integer(&out, "iterations", r->iterations);
-    json_number(&out, "residual", r->residual);
+    json_integer(&out, "transfers", r->transfers);
+    json_number(&out, "transfer_bytes", r->transfer_bytes);
+    json_number(&out, "transfer_seconds", r->transfer_seconds);
+    json_boolean(&out, "by_average_change", r->by_average_change);
+    json_number(&out, "residual", r->residual >= 0 ? r->residual : NAN);
     json_number(&out, "lambda_min", r->lambda_min);
     json_number(&out, "lambda_max", r->lambda_max);
     json_number(&out, "solution_norm", r->solution_norm);
@@ -61,10 +78,9 @@ static void json_report(const arguments *given, const nmm_linear_report *r) {
 }
 
 static void complain(const char *path, const nmm_linear_report *r) {
-    char row[64] = "";
+    char row[64] = "", progress[80];
     if (r->row > 0) snprintf(row, sizeof row, "; see rows %d and %d", r->row, r->row + 1);
-    message_error("%s: not solved: %s (%d iterations, relative residual %.3g)%s", path, r->reason,
-                  r->iterations, r->residual, row);
+    message_error("%s: not solved: %s (%s)%s", path, r->reason, progress_of(r, progress), row);
 }
 
 int command_solve(const arguments *given) {

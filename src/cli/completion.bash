@@ -16,7 +16,7 @@ _nmm() {
         mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
         ;;
     --blocks) mapfile -t COMPREPLY < <(compgen -W "auto cover cluster body" -- "$word") ;;
-    --precision) mapfile -t COMPREPLY < <(compgen -W "double mixed" -- "$word") ;;
+    --precision) mapfile -t COMPREPLY < <(compgen -W "auto double mixed" -- "$word") ;;
     --stop) mapfile -t COMPREPLY < <(compgen -W "residual average_change" -- "$word") ;;
     --knobs)
         words=$(nmm trade --help 2>/dev/null | sed -n '/--knobs/{s/.*NAME\.\.\. *//;s/(.*//;s/,//g;p}')

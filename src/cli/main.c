@@ -67,7 +67,7 @@ const command command_table[] = {
      "vectors. nmm run --dump-system writes such systems. Without --rhs the solution is all ones.\n"
      "Exit status 1 where the solve does not converge, with the reason.\n",
      "  nmm solve slope20.mtx --rhs slope20_rhs.mtx --places slope20_places.mtx\n"
-     "  nmm solve slope20.mtx --method jacobi --damping 1 --stop average_change\n"
+     "  nmm solve slope20.mtx --method jacobi --stop average_change\n"
      "  nmm solve slope20.mtx --method pcg --blocks cluster --repeat 9 --threads 1 --json\n",
      BIT(OPTION_OUTPUT) | BIT(OPTION_DEVICE) | BIT(OPTION_THREADS) | BIT(OPTION_RHS) |
          BIT(OPTION_GUESS) | BIT(OPTION_PLACES) | BIT(OPTION_METHOD) | BIT(OPTION_BLOCKS) |

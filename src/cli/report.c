@@ -81,22 +81,58 @@ static void print_monitors(const run_report *report) {
     }
 }
 
+// Of a method without a float32 form nothing else tells that mixed precision was not used.
+static void print_precision(const nmm_summary *s) {
+    if (s->with_mixed > 0 && s->with_mixed < s->solves)
+        printf("  mixed precision in %ld solves, double in %ld\n", s->with_mixed,
+               s->solves - s->with_mixed);
+    if (s->fell_back > 0)
+        printf("  in %ld solves double went on after single precision; the last: %s\n",
+               s->fell_back, s->fall_back);
+    if (!strcmp(s->precision_asked, "mixed") && s->with_mixed + s->fell_back == 0)
+        printf("  mixed precision was asked for and not used: %s\n",
+               s->solves > 0 ? "the method has no single precision form" : "nothing was solved");
+}
+
+// Kinds of solves, where there is more to tell than the method's name.
+static void print_solves(const nmm_summary *s) {
+    const struct {
+        const char *name;
+        long n;
+    } kind[] = {{"direct", s->with_direct},
+                {"2x2 blocks", s->with_cover},
+                {"clusters", s->with_cluster},
+                {"clusters and bodies", s->with_body},
+                {"friction's coupling, by minimal residuals (GMRES)", s->with_friction}};
+    int n = 0;
+    for (int k = 0; k < 5 && (s->with_cover < s->solves || s->why_solves > 0); k++)
+        if (kind[k].n > 0)
+            printf("%s%s in %ld", n++ == 0 ? "  solved with " : ", ", kind[k].name, kind[k].n);
+    if (n > 0) printf("\n");
+    if (s->why_solves > 0) printf("  why, in %ld solves: %s\n", s->why_solves, s->why);
+    print_precision(s);
+    if (s->by_average_change > 0)
+        printf("  %ld solves ended by the average change, whatever their residual\n",
+               s->by_average_change);
+}
+
 static void print_steps(const nmm_summary *s) {
     const double steps = s->steps > 0 ? (double)s->steps : 1,
                  solves = s->solves > 0 ? s->solves : 1;
     printf("  %ld steps to %.6g s in %.3g s of wall time; %ld shortened; %.2f open-close passes a "
            "step\n",
            s->steps, s->time, s->wall_seconds, s->dt_cuts, s->open_close_iterations / steps);
-    printf("  solver %s on %s, %s precision: %ld solves, %.1f iterations each, %ld failed\n",
+    printf("  solver %s on %s, %s precision: %ld solves, %.1f iterations each, %ld failed",
            s->method, s->device, s->precision, s->solves, s->iterations / solves, s->failed);
-    if (s->with_cluster + s->with_body + s->with_direct > 0) {
-        printf("  Jacobi blocks: 2x2 in %ld solves, clusters in %ld, with bodies in %ld; direct in "
-               "%ld\n",
-               s->with_cover, s->with_cluster, s->with_body, s->with_direct);
-    }
+    // Run files of before do not know.
+    if (s->solve_threads > 0)
+        printf("; up to %d thread%s", s->solve_threads, s->solve_threads > 1 ? "s" : "");
+    printf("\n");
+    print_solves(s);
     if (s->transfers > 0) {
-        printf("  %ld transfers to and from the device, %.3g MB\n", s->transfers,
-               1e-6 * s->transfer_bytes);
+        printf("  %ld transfers to and from the device, %.3g MB, %.3g s: a solve %.1f, %.3g kB\n",
+               s->transfers, 1e-6 * s->transfer_bytes, s->transfer_seconds,
+               (double)s->transfers / solves, 1e-3 * s->transfer_bytes / solves);
     }
 }
 
@@ -148,6 +184,14 @@ void json_solver(json *out, const nmm_summary *s) {
     json_text(out, "device", s->device);
     json_boolean(out, "on_device", s->on_device);
     json_text(out, "precision", s->precision);
+    json_text(out, "precision_asked", s->precision_asked);
+    json_integer(out, "mixed", s->with_mixed);
+    json_integer(out, "fell_back", s->fell_back);
+    json_text(out, "fall_back", s->fall_back);
+    json_integer(out, "threads", s->solve_threads);
+    json_text(out, "why", s->why);
+    json_integer(out, "why_solves", s->why_solves);
+    json_integer(out, "by_average_change", s->by_average_change);
     json_integer(out, "solves", s->solves);
     json_integer(out, "iterations", s->iterations);
     json_integer(out, "failed", s->failed);
@@ -157,9 +201,11 @@ void json_solver(json *out, const nmm_summary *s) {
     json_integer(out, "cluster", s->with_cluster);
     json_integer(out, "body", s->with_body);
     json_integer(out, "direct", s->with_direct);
+    json_integer(out, "friction", s->with_friction);
     json_close(out);
     json_integer(out, "transfers", s->transfers);
     json_number(out, "transfer_bytes", s->transfer_bytes);
+    json_number(out, "transfer_seconds", s->transfer_seconds);
     json_close(out);
 }
 

@@ -104,7 +104,7 @@ void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, doubl
 void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model, nmm_state *state,
                         nmm_contact_energy *energy);
 
-/// Elastic energy of all contacts as they are [J]; each bond keeps its own.
+/// Elastic energy of all contacts as they are [J]; bonds keep the forces of now.
 double nmm_contact_stored(const nmm_contact_search *search, nmm_state *state);
 
 /// "contact of block 3 'slider' with block 0 at (1.2, 3.4)" into text[size].

@@ -298,9 +298,9 @@ void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, doubl
 // A sliding contact's anchor follows, so that the spring holds just the limit: no creep afterwards.
 // Where carried forces follow they hold all of it: the spring may have another stiffness next time.
 static double commit_slide(const nmm_contact_search *search, nmm_contact *c, double length) {
+    if (search->options.augmented && !c->hasty) c->carried_shear = c->shear_force;
     const double T = c->carried_shear - c->shear_stiffness * c->slip;
     const double slid = (c->shear_force - T) / c->shear_stiffness;
-    if (search->options.augmented && !c->hasty) c->carried_shear = c->shear_force;
     c->anchor += (c->slip - (c->carried_shear - c->shear_force) / c->shear_stiffness) / length;
     c->slip = (c->carried_shear - c->shear_force) / c->shear_stiffness;
     c->slid += fabs(slid);
@@ -327,6 +327,15 @@ static double stored_in(const nmm_contact_search *search, const nmm_contact *c) 
            (0.5 * c->shear_stiffness * slip - c->carried_shear) * slip;
 }
 
+// Energy of a bond's springs when the step began that neither friction nor springs have now: the
+// forces fall without a way. Forces that are carried in long steps store nothing.
+static double lost_in_break(const nmm_contact_search *search, const nmm_contact *c) {
+    if (search->options.augmented && !c->hasty) return 0;
+    const double pull = nmm_max(0, -c->bond_normal);
+    const double shear = nmm_max(0, fabs(c->bond_shear) - fabs(c->shear_force));
+    return energy_of(c, pull, shear);
+}
+
 void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model, nmm_state *state,
                         nmm_contact_energy *energy) {
     for (int k = 0; k < state->n_contact; k++) {
@@ -334,7 +343,7 @@ void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model
         const double length = nmm_edge_line_of(model, state, c->edge).length;
         if (c->mode == NMM_CONTACT_SLIDE) energy->friction += commit_slide(search, c, length);
         if (c->mode == NMM_CONTACT_OPEN) commit_open(c, length);
-        if (c->breaking) energy->fracture += nmm_max(0, c->bond_energy - stored_in(search, c));
+        if (c->breaking) energy->fracture += lost_in_break(search, c);
         c->bonded &= !c->breaking;
         c->broken |= c->breaking;
         c->breaking = false;
@@ -346,9 +355,9 @@ double nmm_contact_stored(const nmm_contact_search *search, nmm_state *state) {
     double sum = 0;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *c = &state->contact[k];
-        const double own = stored_in(search, c);
-        c->bond_energy = c->bonded ? own : 0;
-        sum += own;
+        sum += stored_in(search, c);
+        c->bond_normal = c->bonded ? c->normal_force : 0;
+        c->bond_shear = c->bonded ? c->shear_force : 0;
     }
     return sum;
 }

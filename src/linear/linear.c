@@ -46,6 +46,14 @@ static nmm_status take_options(nmm_context *context, const nmm_linear_def *def,
     TRY(take_word(context, "blocks", def->blocks, nmm_solve_blocks_word, &blocks));
     TRY(take_word(context, "precision", def->precision, nmm_solve_precision_word, &precision));
     TRY(take_word(context, "stop", def->stop, stop_word, &stop));
+    const bool residual =
+        method == NMM_SOLVE_AUTO || method == NMM_SOLVE_PCG || method == NMM_SOLVE_DIRECT;
+    if (stop == 1 && residual) {
+        return nmm_fail(context, NMM_ERROR_ARGUMENT,
+                        "stop average_change is for jacobi, chebyshev, sor and gauss-seidel; "
+                        "method %s tests the residual",
+                        nmm_solve_method_word[method]);
+    }
     if (def->n_repeat < 1 || (def->matrix == NULL && def->generate < 8)) {
         return nmm_fail(context, NMM_ERROR_ARGUMENT,
                         "a linear system needs a matrix, or 8 unknowns or more to be generated, "
@@ -214,6 +222,26 @@ static const char *end_word(nmm_solve_end end) {
     return -end >= 0 && -end < (int)(sizeof word / sizeof *word) ? word[-end] : "unknown";
 }
 
+// What was asked for and not used, in words, after what the solve has to say itself.
+static void explain(nmm_linear_report *report, const job *j) {
+    const nmm_solve_report *solved = &j->solved;
+    const nmm_solve_options *asked = &j->options;
+    char *why = report->why;
+    const size_t size = sizeof report->why;
+    snprintf(why, size, "%s", solved->why != NULL ? solved->why : "");
+    const bool mixed = asked->precision == NMM_PRECISION_MIXED;
+    if (mixed && solved->precision != NMM_PRECISION_MIXED && !solved->fell_back) {
+        snprintf(why + strlen(why), size - strlen(why), "%sdouble: %s has no single precision form",
+                 why[0] ? "; " : "", nmm_solve_method_name(solved->method));
+    }
+    if (asked->blocks == NMM_BLOCKS_AUTO || asked->blocks == solved->blocks) return;
+    const bool body = solved->blocks == NMM_BLOCKS_CLUSTER;
+    snprintf(why + strlen(why), size - strlen(why), "%s%s blocks were not used: %s",
+             why[0] ? "; " : "", nmm_solve_blocks_name(asked->blocks),
+             body ? "that of bodies is for pcg on the host, with places"
+                  : "the method inverts none");
+}
+
 static void copy_words(nmm_linear_report *report, const job *j) {
     const nmm_solve_report *solved = &j->solved;
     snprintf(report->end, sizeof report->end, "%s", end_word(solved->end));
@@ -223,7 +251,7 @@ static void copy_words(nmm_linear_report *report, const job *j) {
     snprintf(report->precision, sizeof report->precision, "%s",
              nmm_solve_precision_word[solved->precision]);
     snprintf(report->device, sizeof report->device, "%s", j->backend->name);
-    snprintf(report->why, sizeof report->why, "%s", solved->why != NULL ? solved->why : "");
+    explain(report, j);
 }
 
 static void measure_solution(nmm_linear_report *report, const job *j) {
@@ -249,7 +277,11 @@ static void fill_report(nmm_linear_report *report, job *j) {
         .on_device = solved->on_device,
         .n_thread = solved->n_thread > 0 ? solved->n_thread : j->options.n_thread,
         .setups = solved->setups,
+        .transfers = solved->transfers,
+        .transfer_bytes = solved->transfer_bytes,
+        .transfer_seconds = solved->transfer_seconds,
         .iterations = solved->iterations,
+        .by_average_change = solved->by_average_change,
         .residual = solved->residual,
         .lambda_min = solved->lambda_min,
         .lambda_max = solved->lambda_max,

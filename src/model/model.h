@@ -156,7 +156,7 @@ typedef struct nmm_contact {
     double spring_length; // [m] the same for springs: more on short sides
     double slid;          // [m] length slid since the contact came to be, never falls
     double force_before;  // [N] augmented: pressure at the end of the step before the last
-    double bond_energy;   // [J] that a bond stores at the start of the step
+    double bond_normal, bond_shear; // [N] forces of a bond at the start of the step
 } nmm_contact;
 
 typedef struct nmm_state {

@@ -198,6 +198,38 @@ static void copy_settings(nmm_builder *b) {
     s->out_contact = (raw->output.fields & 8) != 0;
 }
 
+// What a method has no use for may stay, so that methods can be compared, but not in silence.
+static nmm_status warn_of_solver(nmm_builder *b) {
+    static const struct {
+        const char *name;
+        bool blocks, narrow, changes; // has a form for: blocks, float32, the test of changes
+    } method[] = {
+        [NMM_METHOD_AUTO] = {"auto", true, true, false},
+        [NMM_METHOD_JACOBI] = {"jacobi", true, true, true},
+        [NMM_METHOD_PCG] = {"pcg", true, true, false},
+        [NMM_METHOD_SOR] = {"sor", false, false, true},
+        [NMM_METHOD_GAUSS_SEIDEL] = {"gauss-seidel", false, false, true},
+        [NMM_METHOD_CHEBYSHEV] = {"chebyshev", true, true, true},
+        [NMM_METHOD_DIRECT] = {"direct", false, false, false},
+    };
+    const nmm_scene_settings *s = &b->scene->settings;
+    const raw_head *head = &b->raw->solver.head;
+    if (s->precision == NMM_SCENE_MIXED && !method[s->method].narrow)
+        TRY(nmm_scene_warn(b->reader->context, b->scene, raw_mark(head, "precision"),
+                           "precision: mixed has no effect: %s has no single precision form and "
+                           "solves in double",
+                           method[s->method].name));
+    if (s->stop == NMM_STOP_AVERAGE_CHANGE && !method[s->method].changes)
+        TRY(nmm_scene_warn(b->reader->context, b->scene, raw_mark(head, "stop"),
+                           "stop: average_change has no effect: %s tests the residual; jacobi, "
+                           "chebyshev, sor and gauss-seidel can test the change",
+                           method[s->method].name));
+    if (s->blocks != NMM_SCENE_BLOCKS_AUTO && !method[s->method].blocks)
+        TRY(nmm_scene_warn(b->reader->context, b->scene, raw_mark(head, "blocks"),
+                           "blocks has no effect: %s inverts none", method[s->method].name));
+    return NMM_OK;
+}
+
 // --- Initial stress and base motion
 
 // Keys of one kind of initial stress do not go with the other.
@@ -281,6 +313,7 @@ nmm_status nmm_scene_build(nmm_reader *reader, const raw_scene *raw) {
     TRY(check_covers(&b));
     TRY(build_scheme(&b));
     copy_settings(&b);
+    TRY(warn_of_solver(&b));
     TRY(build_time(&b));
     return note_filled(&b);
 }

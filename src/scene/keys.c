@@ -389,22 +389,23 @@ static const nmm_key solver_keys[] = {
      .why = "well below the force balance asked for", .meaning = "of the stopping test"},
     {"stop", KEY(raw_solver, stop), .kind = NMM_VALUE_CHOICE, .word = stop_words,
      .standard = "residual", .why = "measures the error of the equations",
-     .meaning = "stopping test: relative residual, or average change of the unknowns"},
+     .meaning = "stopping test: relative residual, or average change of the unknowns in a sweep "
+                "(jacobi, chebyshev, sor, gauss-seidel)"},
     {"damping", KEY(raw_solver, damping), .range = BETWEEN(0, 2), .automatic = true,
      .standard = "auto", .why = "from an estimate of the largest eigenvalue",
      .meaning = "jacobi: factor on each correction; 1: plain"},
-    {"factor", KEY(raw_solver, factor), .range = BETWEEN(0, 2), .standard = "1.5",
-     .why = "the middle of the usual 1.4 to 1.9", .meaning = "sor: over-relaxation"},
+    {"factor", KEY(raw_solver, factor), .range = BETWEEN(0, 2), .standard = "1.9",
+     .why = "that of the paper", .meaning = "sor: over-relaxation"},
     {"max_iterations", KEY(raw_solver, max_iterations), .whole = true, .range = FROM_TO(1, 1e9),
      .automatic = true, .standard = "auto", .why = "chosen by size and method",
      .meaning = "a solve that needs more has failed; then the step is shortened"},
     {"device", KEY(raw_solver, device), .kind = NMM_VALUE_CHOICE, .word = device_words,
-     .standard = "auto", .why = "a target where there is one and it pays",
+     .standard = "auto", .why = "the host; a target is asked for by name",
      .meaning = "where the solver runs; target never falls back to the host"},
     {"precision", KEY(raw_solver, precision), .kind = NMM_VALUE_CHOICE, .word = precision_words,
      .standard = "auto", .why = "mixed where the method is chosen and a large system gains by it",
      .meaning = "of the solver; mixed: iterations in single precision inside a correction in "
-                "double, to the same tolerance"},
+                "double, to the same tolerance (pcg, jacobi, chebyshev)"},
 };
 static const nmm_object solver_object =
     OBJECT("solver", solver_keys, raw_solver, .noted = true, .meaning = "The linear solver.");

@@ -387,7 +387,11 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
     }
     if (report->coupled) return NMM_OK;
     nmm_solve_run *run = nmm_solver_chooses(options) ? nmm_choose_blocks : solver->run;
+    *solver->traffic = (nmm_traffic){0};
     TRY(run(context, solver, K, f, u, keep_pattern, options, report));
+    report->transfers = solver->traffic->transfers;
+    report->transfer_bytes = solver->traffic->bytes;
+    report->transfer_seconds = solver->traffic->seconds;
     report->work += in_vain;
     return NMM_OK;
 }

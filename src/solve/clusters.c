@@ -26,6 +26,7 @@ nmm_status nmm_clusters_reserve(nmm_context *context, nmm_clusters *clusters, in
     const size_t room = (size_t)nmm_clusters_room(n_row);
     TRY(nmm_allocate(context, &clusters->diagonal, room, sizeof(int)));
     TRY(nmm_allocate(context, &clusters->inverted, room, 2 * sizeof(double)));
+    TRY(nmm_allocate(context, &clusters->newer, room / NMM_GROUP, 1));
     TRY(nmm_allocate(context, &clusters->place, n, sizeof(int)));
     TRY(nmm_allocate(context, &clusters->entry, (size_t)n_block + 1, sizeof(int)));
     TRY(nmm_allocate(context, &clusters->parent, n, sizeof(int)));
@@ -45,6 +46,7 @@ void nmm_clusters_destroy(nmm_context *context, nmm_clusters *clusters) {
         nmm_release(context, array[k]);
     nmm_release(context, &clusters->square);
     nmm_release(context, &clusters->inverted);
+    nmm_release(context, &clusters->newer);
     *clusters = (nmm_clusters){0};
 }
 

@@ -16,12 +16,13 @@
 /// A new order of the rows: group g has the places 8 g .. 8 g + 7, some of them empty.
 typedef struct nmm_clusters {
     int n_group;
-    int *order;         // [8 n_group] row of the caller, -1: empty
-    int *place;         // [n_row] place of a row: the inverse of order
-    int *diagonal;      // [8 n_group] its diagonal block in the new order, -1: empty
-    double *inverted;   // [8 n_group][2] diagonal of the matrix whose clusters were inverted last
-    int *entry;         // [n_block] entry of the caller's matrix for an entry in the new order
-    int n_row, n_block; // what there is room for
+    int *order;           // [8 n_group] row of the caller, -1: empty
+    int *place;           // [n_row] place of a row: the inverse of order
+    int *diagonal;        // [8 n_group] its diagonal block in the new order, -1: empty
+    double *inverted;     // [8 n_group][2] diagonal of the matrix whose clusters were inverted last
+    unsigned char *newer; // [n_group] marks of those inverted since they were sent
+    int *entry;           // [n_block] entry of the caller's matrix for an entry in the new order
+    int n_row, n_block;   // what there is room for
     // Scratch of the search.
     int *parent, *size; // [n_row] trees of rows that belong together
     double *square;     // [n_row] |K_ii|^2

@@ -131,6 +131,7 @@ static int invert_clusters(nmm_clusters *clusters, const int *row_start, const i
         store(row_start, g, a, dense + (long)g * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS,
               scale + g);
         note_diagonal(clusters, g, value);
+        clusters->newer[g] = NMM_NEWER_WIDE;
         made++;
     }
     return made;

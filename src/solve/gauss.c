@@ -18,6 +18,9 @@
 // Part of the residual allowed at which the iteration ends: what it measures is not the true one.
 #define MARGIN 0.35
 
+// Part of the tolerance of a coupling that lumps go to.
+#define CLOSER 0.3
+
 // Gain that a round in float32 may ask for.
 #define NARROW_GAIN 1e-5
 
@@ -374,6 +377,23 @@ static nmm_status try_kind(nmm_context *context, nmm_solver *s, nmm_gauss *g, co
     return NMM_OK;
 }
 
+// After sweeps by lumps that missed: does a factor cost no more than they did, or not much?
+static bool pays_to_factor(const nmm_solver *s, nmm_gauss *g, const nmm_bsr *K, int kind,
+                           double gain) {
+    if (!by_lumps(g, kind)) return false;
+    double work[NMM_GAUSS_KINDS];
+    g->rate[NMM_GAUSS_SWEEPS] = gain / (4 * NMM_GAUSS_MOST);
+    price(g, K, gain, s->options.reuse, work);
+    return work[NMM_GAUSS_FACTOR] <= work[NMM_GAUSS_SWEEPS];
+}
+
+// Iterations by lumps are so cheap that a smaller residual saves more in passes than it costs.
+static void ask_for_more(nmm_solver *s) {
+    const double part = nmm_max(CLOSER * s->options.coupling->tolerance, s->options.tolerance);
+    const double absolute = ldexp(s->options.absolute, -s->exponent);
+    s->limit = nmm_max(part * s->norm, absolute);
+}
+
 static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
                       double *u, nmm_solve_report *report) {
     double norm = 0;
@@ -381,10 +401,13 @@ static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const n
     if (g->pattern != s->pattern) TRY(nmm_lumps_find(context, &g->lumps, K, s->options.body));
     g->pattern = s->pattern;
     g->lump = g->lumps.known ? 3 : 1;
+    const double limit = s->limit;
+    if (g->lump == 3) ask_for_more(s);
     const double gain = s->limit < s->norm ? log10(s->norm / s->limit) : 0.1;
     int kind = choose(g, K, gain, s->options.reuse);
     TRY(try_kind(context, s, g, K, kind, report, &norm));
-    if (kind == NMM_GAUSS_KEPT && !(norm <= s->limit)) {
+    s->limit = limit;
+    if (!(norm <= s->limit) && (kind == NMM_GAUSS_KEPT || pays_to_factor(s, g, K, kind, gain))) {
         kind = NMM_GAUSS_FACTOR;
         TRY(try_kind(context, s, g, K, kind, report, &norm));
     }
@@ -396,9 +419,10 @@ static nmm_status run(nmm_context *context, nmm_solver *s, nmm_gauss *g, const n
     s->guess_norm = s->norm;
     nmm_solver_finish(s, norm, u, report);
     static const char *const why[NMM_GAUSS_KINDS] = {
-        [NMM_GAUSS_SWEEPS] = "Gauss-Seidel sweeps promise the least work",
-        [NMM_GAUSS_FACTOR] = "a direct solve promises the least work",
-        [NMM_GAUSS_KEPT] = "the factor of an earlier pass promises the least work",
+        [NMM_GAUSS_SWEEPS] = "minimal residuals with Gauss-Seidel sweeps promise the least work",
+        [NMM_GAUSS_FACTOR] = "minimal residuals with a new factor promise the least work",
+        [NMM_GAUSS_KEPT] =
+            "minimal residuals with the factor of an earlier pass promise the least work",
     };
     report->method = kind == NMM_GAUSS_SWEEPS ? NMM_SOLVE_PCG : NMM_SOLVE_DIRECT;
     report->why = why[kind];
@@ -429,6 +453,7 @@ nmm_status nmm_gauss_solve(nmm_context *context, nmm_solver *solver, const nmm_b
     remember(g, solver->pattern_kept);
     bool ready = false;
     TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
+    solver->options.tolerance = options->tolerance;
     if (ready) TRY(run(context, solver, g, K, u, report));
     return NMM_OK;
 }

@@ -12,7 +12,7 @@
 //   SINGLE        before a block of scalar work on the data of the kernels
 //   JOIN          after either: all threads have done their part
 //   BATCH         before a block that calls kernels of the solver `s` many times in a row
-//   SEND(p, n)    make what the host wrote into p[0 .. n) known to the kernels
+//   SEND(p, n)    make what the host wrote into p[0 .. n) known to the kernels of the solver `s`
 //   FETCH(p, n)   make what the kernels wrote known to the host
 //   ON_DEVICE     true where the kernel that asks runs on a device
 //   LANES         defined where the compiler has vectors of GNU C

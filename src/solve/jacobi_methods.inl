@@ -168,6 +168,7 @@ static double run_mixed(nmm_solver *s, sweeps *plan, double norm, nmm_solve_repo
         report->end = NMM_SOLVE_CONVERGED;
         report->by_average_change = false;
         report->precision = NMM_PRECISION_DOUBLE;
+        report->fell_back = true;
         report->why = "float32 gained nothing more, float64 went on";
         // Bounds that float32's rounding has bent.
         if (plan != NULL) *plan = planned;
@@ -284,25 +285,41 @@ static double run_jacobi(nmm_solver *s, const double *u, nmm_solve_report *repor
     return try_sweeps(s, u, report);
 }
 
+// Of the matrix and its inverted blocks, what kernels do not know yet.
+static void send_matrix(nmm_solver *s, bool mixed) {
+    const long n_dense = NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS;
+    unsigned char *row = s->newer_row, *group = row != NULL ? s->clusters.newer : NULL;
+    nmm_range part = {0, 0};
+    while (nmm_newer_next(row, s->n, NMM_NEWER_WIDE, NMM_GAP_ROWS, &part)) {
+        const long first = s->row_start[part.begin], end = s->row_start[part.end];
+        SEND(s->wide.value + 4 * first, 4 * (end - first));
+        SEND(s->wide.inverse + 4 * (long)part.begin, 4 * (long)(part.end - part.begin));
+    }
+    part = (nmm_range){0, 0};
+    while (mixed && nmm_newer_next(row, s->n, NMM_NEWER_NARROW, NMM_GAP_ROWS, &part)) {
+        const long first = s->row_start[part.begin], end = s->row_start[part.end];
+        SEND(s->narrow.value + 4 * first, 4 * (end - first));
+        SEND(s->narrow.inverse + 4 * (long)part.begin, 4 * (long)(part.end - part.begin));
+    }
+    if (s->dense == NULL) return;
+    const int n_group = nmm_groups_of(s->n);
+    part = (nmm_range){0, 0};
+    while (nmm_newer_next(group, n_group, NMM_NEWER_WIDE, NMM_GAP_CLUSTERS, &part)) {
+        const long n_part = part.end - part.begin;
+        SEND(s->dense + n_dense * part.begin, n_dense * n_part);
+        SEND(s->dense_scale + part.begin, n_part);
+    }
+}
+
 // A prepared system: send it, iterate, fetch the result into s->wide.u; its true residual norm.
 static double run_method(nmm_solver *s, const double *u, nmm_solve_report *report) {
-    const long n = s->n, n_block = s->n_block;
+    const long n = s->n;
     if (!s->pattern_kept) {
         SEND(s->row_start, n + 1);
-        SEND(s->col, n_block);
+        SEND(s->col, s->n_block);
     }
-    SEND(s->wide.value, 4 * n_block);
-    SEND(s->wide.inverse, 4 * n);
+    send_matrix(s, report->precision == NMM_PRECISION_MIXED);
     SEND(s->wide.f, 2 * n);
-    if (s->dense != NULL && (s->dense_new || !s->pattern_kept)) {
-        const long n_group = nmm_groups_of(s->n);
-        SEND(s->dense, n_group * NMM_GROUP_UNKNOWNS * NMM_GROUP_UNKNOWNS);
-        SEND(s->dense_scale, n_group);
-    }
-    if (report->precision == NMM_PRECISION_MIXED) {
-        SEND(s->narrow.value, 4 * n_block);
-        SEND(s->narrow.inverse, 4 * n);
-    }
     const bool pcg = s->options.method == NMM_SOLVE_PCG;
     const double norm = pcg ? run_pcg(s, u, report) : run_jacobi(s, u, report);
     FETCH(s->wide.u, 2 * n);

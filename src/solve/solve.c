@@ -99,7 +99,10 @@ nmm_status nmm_solver_create(nmm_context *context, nmm_solver **solver, int max_
     TRY(nmm_allocate(context, &s->chunk, n_group / NMM_SOLVE_CHUNK + 1, 2 * sizeof(double)));
     TRY(nmm_allocate(context, &s->state, 1, sizeof *s->state));
     TRY(nmm_allocate(context, &s->barrier, 1, sizeof *s->barrier));
-    return staged ? nmm_solver_own_matrix(context, s) : NMM_OK;
+    TRY(nmm_allocate(context, &s->traffic, 1, sizeof *s->traffic));
+    if (!staged) return NMM_OK;
+    TRY(nmm_allocate(context, &s->newer_row, n, 1));
+    return nmm_solver_own_matrix(context, s);
 }
 
 nmm_status nmm_solver_own_matrix(nmm_context *context, nmm_solver *s) {
@@ -148,9 +151,11 @@ void nmm_solver_destroy(nmm_context *context, nmm_solver **solver) {
         nmm_release(context, narrow[k]);
     nmm_release(context, &s->state);
     nmm_release(context, &s->barrier);
+    nmm_release(context, &s->traffic);
     nmm_release(context, &s->next);
     nmm_release(context, &s->own_row_start);
     nmm_release(context, &s->own_col);
+    nmm_release(context, &s->newer_row);
     nmm_clusters_destroy(context, &s->clusters);
     nmm_coarse_destroy(context, &s->coarse);
     nmm_direct_destroy(context, &s->direct);
@@ -271,6 +276,16 @@ void nmm_solver_use_threads(nmm_solver *solver, int n_thread) {
     }
 }
 
+// Why clusters are taken where bodies were asked for.
+static const char *why_not_body(const nmm_solver *solver, const nmm_solve_options *options) {
+    if (options->blocks != NMM_BLOCKS_BODY || solver->options.blocks != NMM_BLOCKS_CLUSTER) {
+        return "";
+    }
+    if (solver->options.method != NMM_SOLVE_PCG) return "clusters: blocks body are for pcg";
+    if (solver->staged) return "clusters: blocks body run on the host only";
+    return "clusters: blocks body need places and bodies of the rows";
+}
+
 nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                               bool keep_pattern, const nmm_solve_options *options) {
     const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
@@ -283,6 +298,7 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
     if (!kept) solver->clusters_found = solver->parts_found = false;
     if (!kept || !options->reuse) solver->dense_made = solver->coarse_made = false;
     solver->blocks = blocks;
+    solver->why_blocks = why_not_body(solver, options);
     solver->n_row = K->n_row;
     solver->n_block = n_block;
     nmm_solver_use_threads(solver, K->n_row < ROWS_FOR_THREADS ? 1 : solver->options.n_thread);
@@ -451,15 +467,12 @@ static nmm_status take_pattern(nmm_context *context, nmm_solver *s, const nmm_bs
 }
 
 static void take_values(nmm_solver *s, const nmm_bsr *K) {
-    if (s->blocks >= NMM_BLOCKS_CLUSTER) {
-        s->wide.value = s->own_value;
+    const bool reordered = s->blocks >= NMM_BLOCKS_CLUSTER;
+    s->wide.value = reordered || s->staged ? s->own_value : K->value;
+    if (s->staged)
+        nmm_newer_take(s, K);
+    else if (reordered)
         nmm_clusters_take(&s->clusters, K, s->n_thread, s->wide.value);
-    } else if (s->staged) {
-        s->wide.value = s->own_value;
-        memcpy(s->wide.value, K->value, (size_t)s->n_block * 4 * sizeof(double));
-    } else {
-        s->wide.value = K->value;
-    }
 }
 
 // Float32 copies; false where a number is beyond float32, squares of quotients included.
@@ -494,7 +507,6 @@ static nmm_status make_blocks(nmm_context *context, nmm_solver *s, nmm_solve_rep
     if (s->blocks < NMM_BLOCKS_CLUSTER) return NMM_OK;
     const int made = s->variant->invert(&s->clusters, s->row_start, s->col, s->wide.value,
                                         s->n_thread, s->dense_made, s->dense_room, s->dense_scale);
-    s->dense_new = made > 0;
     s->dense_made = true;
     report->setups += made > 0;
     if (!dense_fits(s)) {
@@ -535,7 +547,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
                                  .blocks = solver->blocks,
                                  .precision = solver->options.precision,
                                  .n_thread = solver->n_thread,
-                                 .why = "",
+                                 .why = solver->why_blocks,
                                  .row = -1,
                                  .residual = -1};
     *ready = false;
@@ -571,6 +583,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
     take_values(solver, K);
     if (report->precision == NMM_PRECISION_MIXED && !take_narrow(solver)) {
         report->precision = NMM_PRECISION_DOUBLE;
+        report->fell_back = true;
         report->why = "numbers beyond float32";
     }
     TRY(make_blocks(context, solver, report));
@@ -599,6 +612,7 @@ void nmm_solver_finish(nmm_solver *solver, double norm, double *u, nmm_solve_rep
     if (kept || norm <= solver->guess_norm) {
         if (write_back(solver, u)) return;
         report->end = NMM_SOLVE_DIVERGED;
+        report->why = "the solution is beyond the range of numbers";
     }
     // Failed and worse than the first guess: that is still in u, unless zero was better than it.
     report->residual = solver->guess_norm / solver->norm;

@@ -101,7 +101,8 @@ typedef struct nmm_solve_report {
     nmm_solve_precision precision;
     int n_thread;
     const char *why; // a sentence on what auto chose or mixed fell back to; "" otherwise
-    bool coupled;    // the coupling was taken into account
+    bool coupled;    // the coupling was taken into account, by minimal residuals
+    bool fell_back;  // float32 was begun or asked for, and float64 had to go on: `why`
     int setups;      // times blocks or factors were made anew for this solve
     // What auto takes the solve for, all that it tried [ns of one core]: counted, not measured, the
     // same on any machine. 0: it had nothing to choose.
@@ -112,8 +113,8 @@ typedef struct nmm_solve_report {
     double lambda_max;      // estimate for D^-1 K, 0: not made
     double lambda_min;      // the same, chebyshev only
     bool by_average_change; // converged by the paper's test, whatever `residual` is
-    long transfers;         // to and from the device
-    double transfer_bytes;
+    long transfers;         // copies to and from the device; 0 on the host
+    double transfer_bytes, transfer_seconds;
     bool on_device; // observed inside the kernels of this solve
 } nmm_solve_report;
 

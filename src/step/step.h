@@ -145,6 +145,12 @@ typedef struct nmm_free_body {
     double torque;        // [N m] about the centre
 } nmm_free_body;
 
+/// A sentence of auto's, and for how many solves it said so.
+typedef struct nmm_reason {
+    const char *text;
+    long solves;
+} nmm_reason;
+
 struct nmm_sim {
     nmm_context context;
     nmm_scene scene;
@@ -193,6 +199,7 @@ struct nmm_sim {
     int n_free;        // last steps in which a block seemed to be free
 
     nmm_summary summary;    // running totals
+    nmm_reason reason[8];   // what auto said, in the order in which it did first
     nmm_step_report report; // of the last step
     double phase_mark;      // clock at the last change of phase
     double started;         // clock at creation
@@ -205,6 +212,9 @@ struct nmm_sim {
 static inline double nmm_sim_time_after(const nmm_sim *sim, double h) {
     return sim->settings.is_static ? sim->settings.end : sim->state.time + h;
 }
+
+/// Are contact springs too stiff for the digits of places? Then the words for it, else "".
+void nmm_say_clouded(const nmm_sim *sim, char *text, size_t size);
 
 /// Statics: has the state that was just accepted come to rest, or is there no equilibrium? Sets end
 /// and reason of report and summary.
@@ -247,7 +257,7 @@ nmm_status nmm_step_backend(nmm_context *context, nmm_device_choice device,
                             const nmm_solve_backend **backend);
 
 /// Book a linear solve; how it ended, in words that follow "the solver".
-void nmm_solves_count(nmm_summary *summary, const nmm_solve_report *report);
+void nmm_solves_count(nmm_sim *sim, const nmm_solve_report *report);
 const char *nmm_solves_end(nmm_solve_end end);
 
 /// Room for solves of part of the rows, where there may be any, from the first contact on.

@@ -214,7 +214,7 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
             ? nmm_nearby_solve(&sim->context, &sim->nearby, system, &sim->state, &options, report)
             : solve_all(sim, &options, report));
     nmm_balance_take_weights(&sim->balance, system, &sim->model);
-    nmm_solves_count(&sim->summary, report);
+    nmm_solves_count(sim, report);
     nmm_friction_pass(&sim->friction, p->part ? sim->nearby.n_row : system->K.n_row, report->work,
                       p->verdict.n_sliding > 0);
     sim->report.solver_iterations += report->iterations;

@@ -164,7 +164,8 @@ bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_st
         if (!(all.elastic > 0)) continue;
         const double least = least_stiffness(system, model, contact);
         const bool was_hasty = contact->hasty;
-        contact->hasty = inertia * all.elastic > SLOW * all.inertial || is_crossing(model, contact);
+        contact->hasty = inertia * all.elastic > SLOW * all.inertial ||
+                         inertia > least * all.inertial || is_crossing(model, contact);
         const bool softened = gentle && !contact->hasty;
         const double own[2] = {softened ? 0 : contact->normal_stiffness,
                                softened ? 0 : contact->shear_stiffness};

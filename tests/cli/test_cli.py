@@ -265,6 +265,42 @@ class Results(Case):
             self.assertEqual(told[name], ran[name], name)
         self.assertEqual(told["monitors"], ran["monitors"])
 
+    def test_what_solved_is_told(self):
+        ran = strict_json(self.expect(0, "run", "fall.yaml", "--json")[0])["solver"]
+        self.assertEqual(sum(ran["blocks"].values()), ran["solves"])
+        self.assertIn("least work", ran["why"])
+        self.assertIn(ran["why_solves"], range(1, ran["solves"] + 1))
+        self.assertGreaterEqual(ran["threads"], 1)
+        self.assertEqual(ran, strict_json(self.expect(0, "info", "fall.vtkhdf", "--json")[0])["solver"])
+        self.expect(0, "info", "fall.vtkhdf", out=ran["why"])
+        self.expect(0, "check", "fall.yaml", out="what promises the least work")
+
+    def test_what_was_asked_for_in_vain_is_told(self):
+        asked = ("fall.yaml", "--set", "solver.method=direct", "--set", "solver.precision=mixed",
+                 "--set", "solver.stop=average_change", "--set", "solver.blocks=cover")
+        for command in "check", "run":
+            out, err = self.expect(0, command, *asked)
+            self.assertIn("direct has no single precision form", err)
+            self.assertIn("direct tests the residual", err)
+            self.assertIn("blocks has no effect", err)
+        self.assertIn("mixed precision was asked for and not used", out)
+        ran = strict_json(self.expect(0, "run", *asked, "--json")[0])["solver"]
+        self.assertEqual((ran["precision"], ran["precision_asked"], ran["mixed"]), ("double", "mixed", 0))
+        self.assertEqual(ran["blocks"]["direct"], ran["solves"])
+        ran = strict_json(self.expect(0, "run", "fall.yaml", "--set", "solver.method=pcg", "--set",
+                                      "solver.precision=mixed", "--json")[0])["solver"]
+        self.assertEqual(ran["precision"], "mixed" if ran["mixed"] > 0 else "double")
+        self.assertGreaterEqual(ran["mixed"] + ran["fell_back"], 1)
+        self.assertEqual(ran["fall_back"] != "", ran["fell_back"] > 0)
+
+    def test_average_change_is_told(self):
+        asked = ("--set", "solver.method=jacobi", "--set", "solver.stop=average_change", "--set",
+                 "solver.tolerance=1e-3", "--set", "materials.rock.youngs_modulus=1e11")
+        out, err = self.expect(0, "run", "fall.yaml", *asked, out="by the average change")
+        self.assertEqual(err, "")
+        ran = strict_json(self.expect(0, "info", "fall.vtkhdf", "--json")[0])["solver"]
+        self.assertGreater(ran["by_average_change"], 0)
+
     def test_human_report(self):
         out, err = self.expect(0, "run", "fall.yaml")
         for word in "completed steps contact solve kinetic residual penetration middle".split():
@@ -442,6 +478,20 @@ class Systems(Case):
         self.assertRegex(err, "error: a.mtx: not solved: matrix not positive definite .* rows 3 and 4")
         self.assertFalse(os.path.exists(self.at("u.mtx")))
 
+    def test_options_that_a_method_has_no_use_for(self):
+        self.write("a.mtx", SYSTEM)
+        for method in "auto", "pcg", "direct":
+            out, err = self.nmm("solve", "a.mtx", "--method", method, "--stop", "average_change")[1:]
+            self.assertEqual(out, "")
+            self.assertIn(f"method {method} tests the residual", err)
+        solved = self.solve("a.mtx", "--method", "direct", "--precision", "mixed", "--blocks", "body")[0]
+        self.assertEqual((solved["precision"], solved["converged"]), ("double", True))
+        self.assertIn("direct has no single precision form", solved["why"])
+        self.assertIn("body blocks were not used", solved["why"])
+        solved = self.solve("a.mtx", "--method", "jacobi", "--stop", "average_change", "--tolerance",
+                            "0.1")[0]
+        self.assertTrue(solved["by_average_change"] or solved["residual"] <= 0.1)
+
     def test_wrong_systems(self):
         for change, place, words in (
                 (("coordinate", "coordinates"), "1:23", "found 'coordinates'"),
@@ -483,8 +533,16 @@ class Systems(Case):
             self.assertEqual(result[side]["solver"]["on_device"], side == "target")
             self.assertGreater(result[side]["seconds_per_iteration"], 0)
             self.assertEqual(sorted(result[side]["phase_seconds"]), sorted(PHASE_FIELDS))
+            for part in "solve", "step":
+                amount = result[side]["transfers_per_" + part]
+                for name in "transfers", "bytes", "seconds":
+                    self.assertEqual(amount[name] > 0, side == "target", name)
         self.assertEqual(result["host"]["state_hash"], result["target"]["state_hash"])
         self.assertGreater(len(result["break_even"]["measured"]), 1)
+        self.assertIn("unknowns", result["break_even"]["against_auto"])
+        for rung in result["break_even"]["measured"]:
+            self.assertGreater(rung["host_auto_seconds"], 0)
+            self.assertRegex(rung["host_auto"], "^(direct|pcg, (cover|cluster|body))$")
         self.expect(0, "compare", "fall.yaml", "--steps", "3", out="equal in every bit")
 
 

@@ -361,6 +361,27 @@ static void test_bond_loses_what_it_stored(void **unused) {
     }
 }
 
+// Shear that breaks a bond falls to friction without a way: what is left of its triangle is lost in
+// the bond, the rest in friction, and nothing twice. c l + mu N = 3e4 at N = 0; residual friction.
+static void test_bond_loses_nothing_twice(void **unused) {
+    (void)unused;
+    bodies b = bonded_brick();
+    nmm_contact_energy energy = {0};
+    accept_at(&b, 8e-6, -1e-6, &energy);
+    assert_true(all_bonded(&b));
+    const double before = energy.elastic;
+    // At the same place, without the cohesion.
+    b.model.interface[1].cohesion = 1;
+    bodies_evaluate(&b);
+    nmm_contact_break(&b.model, &b.state);
+    accept_at(&b, 8e-6, -1e-6, &energy);
+    assert_false(b.state.contact[0].bonded);
+    // From 3.2e4 N to 2.5e3 N, at 4e9 N/m, both feet.
+    assert_close(energy.fracture, 2 * 0.5 * 2.95e4 * 2.95e4 / 4e9, 1e-4);
+    assert_close(energy.friction + energy.fracture, before - energy.elastic, 1e-6);
+    bodies_close(&b);
+}
+
 // A joint shorter than half a cover: its own length, for strength, initial stress and springs.
 static void test_bond_of_a_short_joint(void **unused) {
     (void)unused;
@@ -632,6 +653,7 @@ int main(void) {
         cmocka_unit_test(test_initial_shear_beyond_friction),
         cmocka_unit_test(test_initial_tension_opens),
         cmocka_unit_test(test_bond_loses_what_it_stored),
+        cmocka_unit_test(test_bond_loses_nothing_twice),
         cmocka_unit_test(test_augmented_removes_the_overlap),
         cmocka_unit_test(test_carried_friction_follows_its_limit),
         cmocka_unit_test(test_sliding_spring_stores),

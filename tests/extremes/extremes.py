@@ -667,6 +667,10 @@ def gains_energy(result):
     return f"{gained:.3g} of {largest:.3g} J came from nowhere", gained < 0.02 * largest
 
 
+def comes_through(result):
+    return f"{result['steps']} steps instead of 2", result["steps"] <= 20
+
+
 COPIED = {
     "ties_on_border": ("a crack beside a border of materials, order 2", mirrored),
     "flush_sides": ("blocks side by side that move", mirrored),
@@ -681,10 +685,6 @@ COPIED = {
     "far_crack": ("a crack whose faces slide and overlap deeply", shifted),
     "steep_friction": ("joints at friction of 80 degrees", turned),
 }
-
-def comes_through(result):
-    return f"{result['steps']} steps instead of 2", result["steps"] <= 20
-
 
 FOUND = {
     "light_beside_heavy": ("free fall of 1 g beside 100 t", None, falls_side_by_side),

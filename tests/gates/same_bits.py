@@ -30,6 +30,9 @@ SHORT = ["--set", "time.dt=1e-4", "--set", "time.end=1e-3"]
 SHORTER = ["--set", "time.dt=1e-5", "--set", "time.end=3e-5"]
 LONG_STEPS = ["--set", "time.dt=0.04", "--set", "time.end=0.04", "--set", "output.every=0"]
 SHARED = {"elements": 4097, "covers": 4097, "contacts": 2049}  # from here on loops are shared
+# Method, blocks, precision: what a device does as the host does it (docs/offload.md).
+SAME_ON_DEVICE = ("pcg cover double", "pcg cluster double", "pcg cluster mixed", "jacobi auto double",
+                  "chebyshev auto mixed")
 PLACES_AND_TIMES = ("output", "wall_seconds", "phase_seconds")
 
 n_failed = 0
@@ -52,6 +55,10 @@ def run(program, scene, *words, look=None):
     for name in PLACES_AND_TIMES:
         del result[name]
     place = result["solver"].pop("device"), result["solver"].pop("on_device")
+    copied = [result["solver"].pop("transfer" + name) for name in ("s", "_bytes", "_seconds")]
+    for amount in copied[:2]:
+        if (amount > 0) != place[1]:
+            sys.exit(f"{' '.join(command)}: transfers {copied}, on a device: {place[1]}")
     return result, place
 
 
@@ -138,10 +145,13 @@ def device(program, source, build, reason, *scenes):
         sys.exit(77)
     device_program = build_device_program(source, build)
     for scene in scenes:
-        for method in "pcg", "jacobi":
-            choice = [*SHORT, "--set", f"solver.method={method}"]
+        for solver in SAME_ON_DEVICE:
+            choice = list(SHORT)
+            for name, word in zip(("method", "blocks", "precision"), solver.split()):
+                choice += ["--set", f"solver.{name}={word}"]
             expected, _ = run(program, scene, "--device", "host", "--threads", "1", *choice)
             head(scene, expected)
+            print(f"       {solver}")
             for where in "target", "host":
                 result, place = run(device_program, scene, "--device", where, *choice)
                 compare(f"{place[0]}, on a device: {place[1]}", result, expected)

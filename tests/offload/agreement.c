@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WALL, SOFT_WALL, SMALL, HUGE_VALUES, TINY_VALUES, INDEFINITE, CHAIN, N_SYSTEM };
+enum { WALL, SOFT_WALL, FEW_CHANGED, SMALL, HUGE_VALUES, TINY_VALUES, INDEFINITE, CHAIN, N_SYSTEM };
 
 #define PCG NMM_SOLVE_PCG
 #define JACOBI NMM_SOLVE_JACOBI
@@ -55,17 +55,23 @@ static const variant variants[] = {
     {"after no load", WALL, PCG, COVER, 1e-5, .keep = true},
     {"odd number of steps", WALL, PCG, COVER, 1e-6, .keep = true, .most = 13,
      .end = NMM_SOLVE_TOO_SLOW},
+    {"few rows changed", FEW_CHANGED, PCG, COVER, 1e-9, .keep = true},
+    {"and back", WALL, PCG, COVER, 1e-9, .keep = true},
     {"beyond rounding", SMALL, PCG, COVER, 1e-25, .end = NMM_SOLVE_STAGNATED},
 
     {"clusters", WALL, PCG, CLUSTER, 1e-9, .keep = false},
     {"clusters, new values", SOFT_WALL, PCG, CLUSTER, 1e-9, .keep = true},
     {"clusters kept", WALL, PCG, CLUSTER, 1e-9, .keep = true, .reuse = true},
+    {"clusters, few rows changed", FEW_CHANGED, PCG, CLUSTER, 1e-9, .keep = true, .reuse = true},
     {"covers again", SOFT_WALL, PCG, COVER, 1e-6, .keep = true, .reuse = true},
     {"clusters again", SOFT_WALL, PCG, CLUSTER, 1e-6, .keep = true, .reuse = true},
     {"clusters of another pattern", SMALL, PCG, CLUSTER, 1e-12, .keep = false},
     {"clusters, too slow", WALL, PCG, CLUSTER, 1e-9, .most = 9, .end = NMM_SOLVE_TOO_SLOW},
 
     {"mixed", WALL, PCG, COVER, 1e-10, .mixed = true},
+    {"mixed, few rows changed", FEW_CHANGED, PCG, COVER, 1e-10, .keep = true, .mixed = true},
+    {"double between", WALL, PCG, COVER, 1e-9, .keep = true},
+    {"mixed after double", WALL, PCG, COVER, 1e-10, .keep = true, .mixed = true},
     {"mixed, new values", SOFT_WALL, PCG, COVER, 1e-10, .keep = true, .mixed = true},
     {"mixed, clusters", SOFT_WALL, PCG, CLUSTER, 1e-10, .keep = true, .mixed = true},
     {"mixed, clusters kept", WALL, PCG, CLUSTER, 1e-10, .keep = true, .reuse = true, .mixed = true},
@@ -153,6 +159,14 @@ static void make_indefinite(nmm_bsr *K) {
                     K->col[k] >= begin && K->col[k] < end && K->col[k] != row ? 9 : 1;
 }
 
+// A few rows far apart become stiffer.
+static void change_few(nmm_bsr *K) {
+    const int row[] = {5, 6, 300, K->n_row - 1};
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++)
+        for (int i = 0; i < 4; i += 3)
+            K->value[4 * K->diagonal[row[k]] + i] *= 1.5;
+}
+
 static void multiply(test_system *system, double factor) {
     for (int k = 0; k < 4 * system->n_block; k++)
         system->K.value[k] *= factor;
@@ -161,12 +175,14 @@ static void multiply(test_system *system, double factor) {
 static void make_systems(nmm_context *context, test_system system[N_SYSTEM]) {
     rock wall = {.n_across = 4, .n_up = 3, .n_node = 7, .courant = 3, .spring = 50, .seed = 4};
     test_system_rock(context, &system[WALL], &wall);
+    test_system_rock(context, &system[FEW_CHANGED], &wall);
     test_system_rock(context, &system[INDEFINITE], &wall);
     test_system_rock(context, &system[HUGE_VALUES], &wall);
     wall.courant = 1;
     test_system_rock(context, &system[SOFT_WALL], &wall);
     test_system_random(context, &system[SMALL], 5, 3, 8);
     test_system_random(context, &system[TINY_VALUES], 5, 3, 9);
+    change_few(&system[FEW_CHANGED].K);
     // Large displacements under small loads: rounding leaves thousands of times what the load alone
     // would.
     test_system_chain(context, &system[CHAIN], 60, true);

@@ -4,6 +4,7 @@
 // same bits as the host in solution and report.
 
 #include "agreement.h"
+#include "solver.h"
 #include "test.h"
 
 #include <stdlib.h>
@@ -51,6 +52,159 @@ static void test_host_bits(void **state) {
     printf("solutions on the host: %016llx\n", (unsigned long long)test_host_hash());
 }
 
+// --- Counting
+
+enum { ROWS = 3, BLOCKS = 7 };
+
+// Three rows in a chain.
+typedef struct chain {
+    int row_start[ROWS + 1], col[BLOCKS], diagonal[ROWS];
+    double value[BLOCKS][4];
+} chain;
+
+static const chain links = {.row_start = {0, 2, 5, 7},
+                            .col = {0, 1, 0, 1, 2, 1, 2},
+                            .diagonal = {0, 3, 6},
+                            .value = {{4, 1, 1, 3},
+                                      {-1, 0, 0, -1},
+                                      {-1, 0, 0, -1},
+                                      {5, 1, 1, 6},
+                                      {-1, 0, 0, -1},
+                                      {-1, 0, 0, -1},
+                                      {4, 0, 0, 3}}};
+
+typedef struct counting {
+    nmm_context context;
+    nmm_solver *solver;
+    chain system;
+    nmm_solve_options options;
+} counting;
+
+static nmm_solve_report count_solve(counting *c, bool keep) {
+    const nmm_bsr K = {ROWS, c->system.row_start, c->system.col, c->system.value[0],
+                       c->system.diagonal};
+    const double f[2 * ROWS] = {1, 2, -1, 3, 0.5, 1};
+    double u[2 * ROWS] = {0};
+    nmm_solve_report report;
+    assert_int_equal(
+        nmm_solve_target()->solve(&c->context, c->solver, &K, f, u, keep, &c->options, &report),
+        NMM_OK);
+    assert_int_equal(report.end, NMM_SOLVE_CONVERGED);
+    // Iterations of one batch: the scalars come back once for all of them.
+    assert_in_range(report.iterations, 1, NMM_BATCH);
+    assert_true(report.transfer_seconds > 0);
+    return report;
+}
+
+static void open_counting(counting *c, nmm_solve_blocks blocks, nmm_solve_precision precision) {
+    *c = (counting){.context = {.n_thread = 1}, .system = links};
+    c->options = nmm_default_solve_options();
+    c->options.method = NMM_SOLVE_PCG;
+    c->options.blocks = blocks;
+    c->options.precision = precision;
+    assert_int_equal(nmm_solve_target()->open(&c->context, &c->solver, ROWS, BLOCKS), NMM_OK);
+}
+
+static void close_counting(counting *c) {
+    nmm_solve_target()->close(&c->context, &c->solver);
+    assert_int_equal(c->context.n_live, 0);
+}
+
+// What every solve moves: load, guess and scalars there, the result back, and the scalars after the
+// guess, the batch and the last residual.
+static void expect(const nmm_solve_report *report, int n_row, int more, double more_bytes) {
+    const double vector = 16.0 * n_row, scalars = sizeof(nmm_iteration);
+    assert_int_equal(report->transfers, 7 + more);
+    assert_true(report->transfer_bytes == 3 * vector + 4 * scalars + more_bytes);
+}
+
+// Copies and bytes of solves with 2x2 blocks, counted by hand: what stays on the device, the
+// pattern above all, is not sent again, and of the matrix goes what has changed.
+static void test_counted(void **state) {
+    (void)state;
+    if (nmm_solve_target_devices() == 0) skip();
+    counting c;
+    open_counting(&c, NMM_BLOCKS_COVER, NMM_PRECISION_DOUBLE);
+    const double pattern = 4 * (ROWS + 1) + 4 * BLOCKS;
+    const double matrix = 32 * BLOCKS, inverse = 32 * ROWS;
+    nmm_solve_report report = count_solve(&c, false);
+    expect(&report, ROWS, 4, pattern + matrix + inverse);
+    report = count_solve(&c, true);
+    expect(&report, ROWS, 0, 0);
+    // The row in the middle has three blocks.
+    c.system.value[3][0] = 7;
+    report = count_solve(&c, true);
+    expect(&report, ROWS, 2, 3 * 32 + 32);
+    report = count_solve(&c, true);
+    expect(&report, ROWS, 0, 0);
+    report = count_solve(&c, false);
+    expect(&report, ROWS, 4, pattern + matrix + inverse);
+    close_counting(&c);
+}
+
+// The same with one cluster of 8 rows, of which 5 are empty.
+static void test_counted_clusters(void **state) {
+    (void)state;
+    if (nmm_solve_target_devices() == 0) skip();
+    counting c;
+    open_counting(&c, NMM_BLOCKS_CLUSTER, NMM_PRECISION_DOUBLE);
+    const double pattern = 4 * (NMM_GROUP + 1) + 4 * BLOCKS;
+    const double matrix = 32 * BLOCKS, inverse = 32 * NMM_GROUP, cluster = 4 * 16 * 16 + 8;
+    nmm_solve_report report = count_solve(&c, false);
+    expect(&report, NMM_GROUP, 6, pattern + matrix + inverse + cluster);
+    c.options.reuse = true;
+    report = count_solve(&c, true);
+    expect(&report, NMM_GROUP, 0, 0);
+    // Little enough to keep the cluster, then too much.
+    c.system.value[3][0] *= 1.001;
+    report = count_solve(&c, true);
+    expect(&report, NMM_GROUP, 2, 3 * 32 + 32);
+    c.system.value[3][0] *= 2;
+    report = count_solve(&c, true);
+    expect(&report, NMM_GROUP, 4, 3 * 32 + 32 + cluster);
+    close_counting(&c);
+}
+
+// In mixed precision the matrix goes in float32 as well, and also what changed while it was not
+// asked for.
+static void test_counted_mixed(void **state) {
+    (void)state;
+    if (nmm_solve_target_devices() == 0) skip();
+    counting c;
+    open_counting(&c, NMM_BLOCKS_COVER, NMM_PRECISION_MIXED);
+    const double pattern = 4 * (ROWS + 1) + 4 * BLOCKS;
+    const double first = count_solve(&c, false).transfer_bytes;
+    const double again = count_solve(&c, true).transfer_bytes;
+    assert_true(first - again == pattern + (32 + 16) * (BLOCKS + ROWS));
+    c.options.precision = NMM_PRECISION_DOUBLE;
+    c.system.value[3][0] *= 2;
+    nmm_solve_report report = count_solve(&c, true);
+    expect(&report, ROWS, 2, 3 * 32 + 32);
+    c.options.precision = NMM_PRECISION_MIXED;
+    const double changed = count_solve(&c, true).transfer_bytes;
+    const double settled = count_solve(&c, true).transfer_bytes;
+    assert_true(changed - settled == 3 * 16 + 16);
+    close_counting(&c);
+}
+
+// --- Limits
+
+// Blocks that only the host has: others, with a word.
+static void test_bodies(void **state) {
+    (void)state;
+    if (nmm_solve_target_devices() == 0) skip();
+    counting c;
+    open_counting(&c, NMM_BLOCKS_BODY, NMM_PRECISION_DOUBLE);
+    const double place[2 * ROWS] = {0, 0, 1, 0, 2, 1};
+    const int body[ROWS] = {0, 0, 0};
+    c.options.place = place;
+    c.options.body = body;
+    const nmm_solve_report report = count_solve(&c, false);
+    assert_int_equal(report.blocks, NMM_BLOCKS_CLUSTER);
+    assert_string_equal(report.why, "clusters: blocks body run on the host only");
+    close_counting(&c);
+}
+
 static void test_serial_methods(void **state) {
     (void)state;
     if (nmm_solve_target_devices() == 0) skip();
@@ -92,9 +246,11 @@ static void test_no_memory(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_devices),      cmocka_unit_test(test_no_device),
-        cmocka_unit_test(test_same_as_host), cmocka_unit_test(test_serial_methods),
-        cmocka_unit_test(test_no_memory),    cmocka_unit_test(test_host_bits),
+        cmocka_unit_test(test_devices),       cmocka_unit_test(test_no_device),
+        cmocka_unit_test(test_same_as_host),  cmocka_unit_test(test_serial_methods),
+        cmocka_unit_test(test_no_memory),     cmocka_unit_test(test_host_bits),
+        cmocka_unit_test(test_counted),       cmocka_unit_test(test_counted_clusters),
+        cmocka_unit_test(test_counted_mixed), cmocka_unit_test(test_bodies),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

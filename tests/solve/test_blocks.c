@@ -491,10 +491,14 @@ static void test_hints_are_checked(void **state) {
     x.options.place = NULL;
     assert_int_equal(solve_with(&x, body), NMM_OK);
     assert_int_equal(x.report.blocks, NMM_BLOCKS_CLUSTER);
+    assert_string_equal(x.report.why, "clusters: blocks body need places and bodies of the rows");
     x.options.place = x.place;
     x.options.body = NULL;
     assert_int_equal(solve_with(&x, body), NMM_OK);
     assert_int_equal(x.report.blocks, NMM_BLOCKS_CLUSTER);
+    const choice sweeps = {NMM_SOLVE_CHEBYSHEV, NMM_BLOCKS_BODY, NMM_PRECISION_DOUBLE};
+    assert_int_equal(solve_with(&x, sweeps), NMM_OK);
+    assert_string_equal(x.report.why, "clusters: blocks body are for pcg");
     tear_down(&x);
 }
 

@@ -475,7 +475,7 @@ static void test_no_memory(void **state) {
         assert_int_equal(context.n_live, 0);
         if (status == NMM_OK) break;
     }
-    assert_int_equal(failures, 9);
+    assert_int_equal(failures, 10);
 }
 
 int main(void) {

@@ -73,6 +73,12 @@ def check_target(tree, _):
         for number, line in tree.lines(path):
             if pattern.search(line):
                 tree.problem(path, number, "a device construct outside offload/")
+    # All copies go through the words of offload/target.h, which count them.
+    copies = re.compile(r"omp\s+target\s+(update|enter|exit|data)\b|omp_target_memcpy")
+    for path in tree.files(CODE, ["offload"]):
+        for number, line in tree.lines(path):
+            if copies.search(line) and not path.endswith("offload/target.h"):
+                tree.problem(path, number, "a transfer outside offload/target.h")
 
 
 def read_floors(tree):

@@ -173,6 +173,19 @@ static void test_initial_stress_beyond_the_modulus(void **unused) {
     }
 }
 
+// Springs whose rounding is more than the forces: the end names them.
+static void test_springs_too_stiff(void **unused) {
+    (void)unused;
+    const char *const changes[] = {
+        "interfaces.joint={friction_angle: 30, normal_stiffness: 1e19, shear_stiffness: 1e19}",
+        "covers.size=2"};
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 2, changes);
+    const nmm_step_report report = take_steps(sim, 200);
+    assert_int_equal(report.end, NMM_END_STEP_TOO_SMALL);
+    assert_non_null(strstr(report.reason, "normal_stiffness"));
+    nmm_sim_destroy(sim);
+}
+
 // Springs of short steps: in a long one, or as stiffer ones, they begin with the force they held.
 static void test_springs_keep_their_force(void **unused) {
     (void)unused;
@@ -252,6 +265,7 @@ int main(void) {
         cmocka_unit_test(test_initial_stress_is_in_balance),
         cmocka_unit_test(test_initial_stress_beyond_the_modulus),
         cmocka_unit_test(test_springs_keep_their_force),
+        cmocka_unit_test(test_springs_too_stiff),
         cmocka_unit_test(test_steady_loop_allocates_nothing),
         cmocka_unit_test(test_only_what_the_scene_needs),
         cmocka_unit_test(test_target_that_is_not_there),

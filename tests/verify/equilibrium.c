@@ -214,6 +214,23 @@ static void test_elastica(void **state) {
     rows_end();
 }
 
+// A column under its own weight falls over beyond rho g A H^3 / (E I) = 7.84 (Greenhill 1881); here
+// that is 147. It is clamped, so nothing of it is free.
+static void test_buckling(void **state) {
+    (void)state;
+    run r =
+        RUN("column.yaml", STATIC, "time={end: 1}", "covers={size: 1, order: 0}",
+            "domain=[{polygon: [[0, 0], [1, 0], [1, 10], [0, 10]]}]",
+            "materials.rock.youngs_modulus=2e6", "supports=[{segment: [[0, 0], [1, 0]], fix: xy}]",
+            "loads=[{point: [0.5, 9.9], force: [100, 0]}]", "monitors=[]");
+    row_true("statics: slender column of soft rock", "no equilibrium",
+             find(&r) == NMM_END_NO_EQUILIBRIUM);
+    row_true("statics: which buckles and is not free", "yes",
+             strstr(r.report.reason, "buckles") != NULL);
+    run_close(&r);
+    rows_end();
+}
+
 #define LAID                                                                                       \
     STATIC, "time={end: 1}", "domain=[{polygon: [[0, 0], [4, 0], [4, 2], [0, 2]]}]",               \
         "joints=[{polyline: [[-1, 1.1], [5, 1.1]]}]", "interfaces={laid: {friction_angle: 40}}",   \
@@ -254,7 +271,7 @@ int main(void) {
         cmocka_unit_test(test_stack_penalty), cmocka_unit_test(test_limits),
         cmocka_unit_test(test_reason),        cmocka_unit_test(test_place),
         cmocka_unit_test(test_wedge),         cmocka_unit_test(test_elastica),
-        cmocka_unit_test(test_stiff_contact),
+        cmocka_unit_test(test_buckling),      cmocka_unit_test(test_stiff_contact),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
