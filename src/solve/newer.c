@@ -23,6 +23,11 @@ bool nmm_newer_next(unsigned char *mark, int n, int bit, int gap, nmm_range *ran
     return true;
 }
 
+// Bits, not values: what the device holds is to be what the host holds.
+static bool same_bits(const void *a, const void *b, size_t size) {
+    return memcmp(a, b, size) == 0;
+}
+
 void nmm_newer_take(nmm_solver *solver, const nmm_bsr *K) {
     const bool reordered = solver->blocks >= NMM_BLOCKS_CLUSTER;
     const int *entry = reordered ? solver->clusters.entry : NULL;
@@ -36,7 +41,7 @@ void nmm_newer_take(nmm_solver *solver, const nmm_bsr *K) {
     for (int row = 0; row < n; row++) {
         for (long k = row_start[row]; k < row_start[row + 1]; k++) {
             const double *value = K->value + 4 * (entry != NULL ? (long)entry[k] : k);
-            if (memcmp(own + 4 * k, value, 4 * sizeof(double)) == 0) continue;
+            if (same_bits(own + 4 * k, value, 4 * sizeof(double))) continue;
             memcpy(own + 4 * k, value, 4 * sizeof(double));
             mark[row] = all;
         }
