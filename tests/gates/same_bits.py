@@ -55,6 +55,7 @@ def run(program, scene, *words, look=None):
     for name in PLACES_AND_TIMES:
         del result[name]
     place = result["solver"].pop("device"), result["solver"].pop("on_device")
+    del result["solver"]["threads"]  # used, which learned paces decide
     copied = [result["solver"].pop("transfer" + name) for name in ("s", "_bytes", "_seconds")]
     for amount in copied[:2]:
         if (amount > 0) != place[1]:
