@@ -402,7 +402,7 @@ static double NAME(run_sweeps)(nmm_solver *s, sweeps *plan, double norm, double 
         if (n % 2 == 1) NAME(swap_iterates)(s);
         const sweeps_verdict verdict = plan_judge(plan, norm, s->state->sum[0]);
         if (verdict != SWEEPS_GO_ON && !(norm <= limit)) {
-            const bool wide = sizeof(REAL) > sizeof(float);
+            const bool wide = sizeof *s->ARRAYS.u == sizeof(double);
             report->end = end_of_sweeps(s, plan, verdict, norm, wide);
         }
         report->by_average_change = norm > limit && report->end == NMM_SOLVE_CONVERGED &&
