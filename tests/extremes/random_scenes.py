@@ -428,7 +428,7 @@ class Findings(list):
         self.end = "none"
         result = self.attempt("as it is", scene)
         if result is not None:
-            self.end = result.get("end") or f"refused: {result.cause[:60]}"
+            self.end = result.get("end") or f"refused: {re.sub(r'[(0-9].*', '', result.cause)[:60].strip()}"
         if result is None or result.status == 3:
             return
         self.look_for_gain(result)
