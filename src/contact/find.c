@@ -100,6 +100,9 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_release(context, search);
 }
 
+// A corner counts at once for more than this many times what its sides shared.
+#define MUCH_LONGER 2.0
+
 // --- A new contact
 
 static int interface_of(const nmm_model *model, int vertex, int edge) {
@@ -142,8 +145,23 @@ static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model
 
 // --- History
 
+// What sides share gives way to the length of a corner, which is no length of theirs: at a crossing
+// two sides may share a rounding until a corner gets past the other one.
+static bool becomes_corner(const nmm_raw *raw, double ratio) {
+    return raw->corner_length > 0 && ratio > MUCH_LONGER;
+}
+
+// The springs are stiffer by the ratio, the forces are not: else they would do work that nothing
+// has put into them.
+static void keep_forces(nmm_contact *c, double ratio, double gap, double edge_length) {
+    if (gap < c->rest) c->rest = gap - (gap - c->rest) / ratio;
+    c->anchor += (c->slip - c->slip / ratio) / edge_length;
+    c->slip /= ratio;
+}
+
 // Take over what `old` knew. Forces per length are kept; the slip too, so the anchor moves along.
-static void inherit(const nmm_contact_search *search, nmm_contact *c, const nmm_contact *old) {
+static void inherit(const nmm_contact_search *search, nmm_contact *c, const nmm_raw *raw,
+                    const nmm_contact *old) {
     const bool same = old->vertex == c->vertex && old->edge == c->edge;
     nmm_contact next = *old;
     next.vertex = c->vertex;
@@ -153,13 +171,17 @@ static void inherit(const nmm_contact_search *search, nmm_contact *c, const nmm_
         next.spring_length = c->spring_length;
     }
     const double ratio = next.spring_length / old->spring_length;
-    next.carried_normal *= ratio;
-    next.carried_shear *= ratio;
-    next.normal_force *= ratio;
-    next.shear_force *= ratio;
     if (!same) {
         next.anchor = c->anchor - old->slip / search->line[c->edge].length;
         next.interface = c->interface;
+    }
+    if (becomes_corner(raw, ratio)) {
+        keep_forces(&next, ratio, c->gap, search->line[c->edge].length);
+    } else {
+        next.carried_normal *= ratio;
+        next.carried_shear *= ratio;
+        next.normal_force *= ratio;
+        next.shear_force *= ratio;
     }
     *c = next;
 }
@@ -203,7 +225,7 @@ static nmm_contact with_history(const nmm_contact_search *search, const nmm_mode
                                 const nmm_raw *raw, const nmm_contact *old) {
     nmm_contact c = new_contact(search, model, raw);
     if (old != NULL)
-        inherit(search, &c, old);
+        inherit(search, &c, raw, old);
     else
         c.rest = nmm_min(0, c.gap);
     set_springs(search, model, &c);

@@ -71,7 +71,7 @@ def jacobi(results, folder):
     left.axhline(2, color="black", linewidth=1)
     left.set_ylim(bottom=0)
     left.set_ylabel("lambda_max; plain Jacobi needs < 2")
-    right.set_ylabel("sweeps to 1e-6; none where it diverges")
+    right.set_ylabel("sweeps to 1e-6")
     figure.suptitle("rock-1000, one step", fontsize=9)
     for frame in (left, right):
         frame.set_xlabel("C = c_p dt / h")
