@@ -35,22 +35,32 @@ static void tear_down(fixture *x) {
     assert_int_equal(x->context.n_live, 0);
 }
 
-// Every method ends so and names the row; u is untouched.
+static void expect_of(fixture *x, nmm_solve_method method, nmm_solve_precision precision,
+                      nmm_solve_end end, int row) {
+    double before[2 * N_ROW];
+    memcpy(before, x->u, sizeof before);
+    nmm_solve_options options = nmm_default_solve_options();
+    options.method = method;
+    options.precision = precision;
+    nmm_solve_report report;
+    assert_int_equal(nmm_solve_host()->solve(&x->context, x->solver, &x->system.K, x->system.f,
+                                             x->u, false, &options, &report),
+                     NMM_OK);
+    assert_int_equal(report.end, end);
+    assert_int_equal(report.row, row);
+    if (method != NMM_SOLVE_AUTO) assert_int_equal(report.method, method);
+    assert_memory_equal(before, x->u, sizeof before);
+    assert_true(isfinite(report.residual));
+}
+
+// Every method, auto too, ends so in any precision and names the row; u is untouched.
 static void expect(fixture *x, nmm_solve_end end, int row) {
-    for (int k = 0; k < N_METHOD; k++) {
-        double before[2 * N_ROW];
-        memcpy(before, x->u, sizeof before);
-        nmm_solve_options options = nmm_default_solve_options();
-        options.method = methods[k];
-        nmm_solve_report report;
-        assert_int_equal(nmm_solve_host()->solve(&x->context, x->solver, &x->system.K, x->system.f,
-                                                 x->u, false, &options, &report),
-                         NMM_OK);
-        assert_int_equal(report.end, end);
-        assert_int_equal(report.row, row);
-        assert_int_equal(report.method, methods[k]);
-        assert_memory_equal(before, x->u, sizeof before);
-        assert_true(isfinite(report.residual));
+    const nmm_solve_precision precision[] = {NMM_PRECISION_AUTO, NMM_PRECISION_DOUBLE,
+                                             NMM_PRECISION_MIXED};
+    for (int p = 0; p < 3; p++) {
+        for (int k = 0; k < N_METHOD; k++)
+            expect_of(x, methods[k], precision[p], end, row);
+        expect_of(x, NMM_SOLVE_AUTO, precision[p], end, row);
     }
 }
 
