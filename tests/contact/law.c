@@ -26,6 +26,14 @@ static nmm_contact *left_foot(bodies *b) {
 
 // --- Kinematics
 
+// Augmented contact, friction of a half.
+static bodies augmented_brick(void) {
+    bodies b = brick_on_base(1);
+    bodies_options(&b, (nmm_contact_options){.penalty = BODY_PENALTY, .augmented = true});
+    b.model.interface[0].friction = 0.5;
+    return b;
+}
+
 // Gap and slip of contact 0 at the displacements given.
 static void measured(bodies *b, double *gap, double *slip) {
     nmm_state_place(&b->model, &b->state, 1);
@@ -517,9 +525,7 @@ static void test_augmented_removes_the_overlap(void **unused) {
 // push the brick on, by friction, over the way of its spring.
 static void test_carried_friction_follows_its_limit(void **unused) {
     (void)unused;
-    bodies b = brick_on_base(1);
-    bodies_options(&b, (nmm_contact_options){.penalty = BODY_PENALTY, .augmented = true});
-    b.model.interface[0].friction = 0.5;
+    bodies b = augmented_brick();
     nmm_contact_energy energy = {0};
     bodies_find(&b, 0.01);
     for (int k = 0; k < 2; k++) {
@@ -546,9 +552,7 @@ static void test_carried_friction_follows_its_limit(void **unused) {
 // What short steps leave in a spring is stored, also where the contact slides.
 static void test_sliding_spring_stores(void **unused) {
     (void)unused;
-    bodies b = brick_on_base(1);
-    bodies_options(&b, (nmm_contact_options){.penalty = BODY_PENALTY, .augmented = true});
-    b.model.interface[0].friction = 0.5;
+    bodies b = augmented_brick();
     nmm_contact_energy energy = {0};
     bodies_find(&b, 0.01);
     b.state.contact[0].hasty = b.state.contact[1].hasty = true;
@@ -565,9 +569,7 @@ static void test_sliding_spring_stores(void **unused) {
 // A spring made stiffer holds until the next step; a carried force acts whatever it is then.
 static void test_raise_makes_springs_stiffer(void **unused) {
     (void)unused;
-    bodies b = brick_on_base(1);
-    bodies_options(&b, (nmm_contact_options){.penalty = BODY_PENALTY, .augmented = true});
-    b.model.interface[0].friction = 0.5;
+    bodies b = augmented_brick();
     bodies_find(&b, 0.01);
     const double stiffness = left_foot(&b)->normal_stiffness;
     bodies_put(&b, 1, 1e-4, -1e-6, 0);

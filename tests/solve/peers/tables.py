@@ -46,13 +46,16 @@ def ratio(numerator, denominator):
     return f"**{value:.2f}**" if value < 1 else f"{value:.2f}"
 
 
+def bold_above(part):
+    """auto's time over another; bold beyond what auto may lose."""
+    return f"**{part:.2f}**" if round(part, 2) > AUTO_MAY_LOSE else f"{part:.2f}"
+
+
 def over(auto, best):
     """auto over the best fixed choice, and which that is; bold beyond what auto may lose."""
     if auto is None or best is None:
         return "-"
-    value = round(auto.ms / best.ms, 2)
-    text = f"**{value:.2f}**" if value > AUTO_MAY_LOSE else f"{value:.2f}"
-    return f"{text} {best.method}"
+    return f"{bold_above(auto.ms / best.ms)} {best.method}"
 
 
 def place(group):
@@ -294,10 +297,6 @@ def mixed(folder):
         if any(cell != "-" for cell in row[4:]):
             rows.append(row)
     return table(["system", "unknowns", "C", "tolerance", *methods], rows)
-
-
-def bold_above(part):
-    return f"**{part:.2f}**" if round(part, 2) > AUTO_MAY_LOSE else f"{part:.2f}"
 
 
 def whole_runs(folder):
