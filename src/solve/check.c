@@ -87,6 +87,11 @@ nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, cons
 
 // --- Pattern
 
+bool nmm_solver_keeps(const nmm_solver *solver, const nmm_bsr *K, bool keep_pattern) {
+    const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
+    return keep_pattern && solver->n_row == K->n_row && solver->n_block == n_block;
+}
+
 // Row with a block whose mirror image is not there; -1: none. Rows come in order, so the block that
 // each one asks of another is the next one there.
 static int one_sided_row(const nmm_bsr *K, int *next) {

@@ -377,9 +377,7 @@ nmm_status nmm_solver_solve(nmm_context *context, nmm_solver *solver, const nmm_
                       options->precision != NMM_PRECISION_MIXED;
     report->coupled = false;
     double in_vain = 0;
-    // A caller may say so of a system of another size by mistake.
-    const int n_block = K->n_row > 0 ? K->row_start[K->n_row] : 0;
-    const bool kept = keep_pattern && solver->n_row == K->n_row && solver->n_block == n_block;
+    const bool kept = nmm_solver_keeps(solver, K, keep_pattern);
     solver->pattern += !kept || solver->pattern == 0;
     if (options->coupling != NULL && free && !solver->staged) {
         TRY(nmm_gauss_solve(context, solver, K, f, u, keep_pattern, options, report));

@@ -231,7 +231,7 @@ nmm_status nmm_solver_prepare(nmm_context *context, nmm_solver *solver, const nm
     const nmm_solve_blocks blocks = solver->options.blocks;
     const bool reordered = blocks >= NMM_BLOCKS_CLUSTER;
     const bool was_reordered = solver->blocks >= NMM_BLOCKS_CLUSTER;
-    const bool kept = keep_pattern && solver->n_row == K->n_row && solver->n_block == n_block;
+    const bool kept = nmm_solver_keeps(solver, K, keep_pattern);
     solver->pattern_kept = kept && reordered == was_reordered;
     if (!kept) solver->clusters_found = solver->parts_found = false;
     if (!kept || !options->reuse) solver->dense_made = solver->coarse_made = false;

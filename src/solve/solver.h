@@ -168,6 +168,10 @@ nmm_status nmm_solver_own_dense(nmm_context *context, nmm_solver *solver);
 nmm_status nmm_solver_check(nmm_context *context, const nmm_solver *solver, const nmm_bsr *K,
                             const nmm_solve_options *options);
 
+/// Is the pattern the one last solved for? The caller says so in `keep_pattern`, by mistake maybe
+/// of a system of another size.
+bool nmm_solver_keeps(const nmm_solver *solver, const nmm_bsr *K, bool keep_pattern);
+
 /// Row whose columns are not ascending within the matrix, or whose diagonal is elsewhere, or which
 /// has a block on one side only; -1: none. `next`: scratch for all rows.
 int nmm_solver_bad_row(const nmm_bsr *K, int n_block, int *next);
