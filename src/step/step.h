@@ -15,6 +15,7 @@
 #include "scene.h"
 #include "solve.h"
 #include "system.h"
+#include "watch.h"
 
 /// Work of the unbalanced forces along a correction, at its end over that at its beginning, which
 /// may be left.
@@ -202,6 +203,7 @@ struct nmm_sim {
     double kinetic0, strain0;
     nmm_contact_energy contact_energy;
     nmm_energy energy;
+    nmm_watch watch;   // of the ledger
     nmm_energy judged; // statics: the same after the step before
     bool overlaps;     // statics: augmented contacts of the last try have not come to rest
     int n_free;        // last steps in which a block seemed to be free
@@ -284,6 +286,23 @@ void nmm_ledger_start(nmm_sim *sim);
 
 /// Book the step of length h that was just accepted, its velocities and contacts included.
 void nmm_ledger_step(nmm_sim *sim, double h, nmm_contact_energy before);
+
+/// The ledger begins, and the step of length h was booked with these losses: is energy from nowhere
+/// in it, does it close?
+void nmm_watch_start(nmm_sim *sim);
+void nmm_watch_step(nmm_sim *sim, const nmm_losses *losses);
+
+/// What passed its limit, in words, into summary.ledger.
+void nmm_watch_tell(nmm_sim *sim);
+
+/// Energies that an element stores in the state as it is, strain [J].
+double nmm_ledger_strain(const nmm_sim *sim, int element);
+
+/// Work of the inner forces of an element over the step [J], from the last residual.
+double nmm_ledger_inner_work(const nmm_sim *sim, int element);
+
+/// "block 3 'slider' near (1.2, 3.4)", the place of an element.
+void nmm_element_place(const nmm_sim *sim, int element, char *text, size_t size);
 
 /// Work of the contact forces on the covers over the step [J], from the last residual.
 double nmm_ledger_contact_work(const nmm_sim *sim);
