@@ -73,6 +73,12 @@
 /// Part of the unbalanced forces allowed that a first pass may leave where the motion goes on.
 #define NMM_FIRST_PASS 0.1
 
+/// With scheme newmark nothing fades: the first passes go on while unbalanced forces do more work
+/// in a step than this part of the largest energy, and this part of the rounding of the ledger.
+#define NMM_SWING_PASSES 3
+#define NMM_LEFT_WORK 1e-9
+#define NMM_LEFT_ROUNDING 1e-3
+
 /// Unbalanced forces over all of them that a pass may leave aside, to solve only for the rows that
 /// have the others and those near by. A first pass, and a later one: so many times what the pass
 /// before left, within bounds, where contacts change mode in all of them and none gains much; twice
