@@ -100,9 +100,6 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_release(context, search);
 }
 
-// Part of a length by which it grows more than by elastic slip.
-#define LONGER 1e-6
-
 // --- A new contact
 
 static int interface_of(const nmm_model *model, int vertex, int edge) {
@@ -281,10 +278,9 @@ static int count_bonded(const nmm_state *state) {
     return n;
 }
 
-// More than by elastic slip along a side.
 static bool is_longer(const nmm_contact *c, const nmm_contact *before) {
     if (before == NULL || before->mode == NMM_CONTACT_OPEN) return false;
-    return c->spring_length > (1 + LONGER) * before->spring_length;
+    return c->spring_length > NMM_LONGER * before->spring_length;
 }
 
 static int order_of(const nmm_contact *old, const nmm_raw *raw) {

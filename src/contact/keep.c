@@ -9,9 +9,6 @@
 
 #include <math.h>
 
-// Part of a length by which it must grow to be another one.
-#define GROWN 1e-9
-
 void nmm_contact_keep(const nmm_model *model, const nmm_state *state, nmm_contact *contact,
                       double gap) {
     if (contact->mode == NMM_CONTACT_OPEN) return;
@@ -36,8 +33,9 @@ static nmm_side_pair *sides_of(nmm_contact_search *search, const nmm_model *mode
     return nmm_side_pair_of(search, size, search->side[facing], search->side[c->edge]);
 }
 
-static bool is_pressed(const nmm_contact *c) {
-    return c->mode != NMM_CONTACT_OPEN && !c->bonded;
+// Of what two sides share: pressed, or an overlap that came without force.
+static bool is_shared(const nmm_contact *c) {
+    return !c->bonded && (c->mode != NMM_CONTACT_OPEN || c->gap <= 0);
 }
 
 static void share_force(const nmm_model *model, const nmm_state *state, nmm_contact *c,
@@ -57,18 +55,18 @@ nmm_status nmm_contact_keep_sides(nmm_context *context, nmm_contact_search *sear
     int size = 0;
     TRY(nmm_side_table(context, search, n_last + state->n_contact, &size));
     for (int k = 0; k < n_last; k++)
-        if (is_pressed(&last[k]))
+        if (is_shared(&last[k]))
             sides_of(search, model, size, &last[k])->last += last[k].spring_length;
     for (int k = 0; k < state->n_contact; k++) {
         const nmm_contact *c = &state->contact[k];
-        if (is_pressed(c)) sides_of(search, model, size, c)->length += c->spring_length;
+        if (is_shared(c)) sides_of(search, model, size, c)->length += c->spring_length;
     }
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *c = &state->contact[k];
-        if (!is_pressed(c)) continue;
+        if (!is_shared(c) || c->mode == NMM_CONTACT_OPEN) continue;
         const nmm_side_pair *sides = sides_of(search, model, size, c);
         const double growth = sides->last > 0 ? sides->length / sides->last : 1;
-        if (growth > 1 + GROWN) share_force(model, state, c, growth);
+        if (growth > NMM_LONGER) share_force(model, state, c, growth);
     }
     return NMM_OK;
 }

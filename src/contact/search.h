@@ -21,6 +21,9 @@
 /// Sines of angles between edges: blend from edge-edge to corner.
 #define NMM_PARALLEL 0.026 // 1.5 degrees
 #define NMM_SLANTED 0.078  // 4.5 degrees
+/// Length over that of the last list from which on it makes much more of a force. Less comes and
+/// goes with elastic slip: rest would follow each time, and never come back.
+#define NMM_LONGER 1.01
 /// Cosine of the angle up to which history passes from one edge to another.
 #define NMM_IN_LINE 0.5 // 60 degrees
 
