@@ -181,7 +181,7 @@ static double true_norm(const nmm_solver *s) {
     double *r = s->wide.r;
     const int n = 2 * s->n_row;
     if (is_zero(n, s->wide.u)) {
-        NMM_SHARED_LOOP(n, s->n_thread, r[i] = f[i]);
+        memcpy(r, f, (size_t)n * sizeof *r);
         return s->norm;
     }
     s->variant->multiply(s, s->wide.u, r);

@@ -283,28 +283,30 @@ typedef struct trouble {
     int infinite, indefinite;
 } trouble;
 
-static trouble take_rows_between(const nmm_solver *s, const nmm_bsr *K, int first, int end) {
+static trouble take_rows_between(const nmm_solver *s, const nmm_bsr *K, bool all, int first,
+                                 int end) {
     trouble t = {K->n_row, K->n_row};
     for (int at = first; at < end; at++) {
         const int row = nmm_solver_row(s, at);
-        double *inverse = s->wide.inverse + 4 * (long)at;
+        double not_kept[4], *inverse = all ? s->wide.inverse + 4 * (long)at : not_kept;
         if (row < 0) {
             memset(inverse, 0, 4 * sizeof(double));
             continue;
         }
         const double *block = K->value + 4 * (long)K->diagonal[row];
-        if (not_finite(K, row) != 0) t.infinite = nmm_min_int(t.infinite, row);
+        if (all && not_finite(K, row) != 0) t.infinite = nmm_min_int(t.infinite, row);
         if (!invert_block(block, inverse)) t.indefinite = nmm_min_int(t.indefinite, row);
     }
     return t;
 }
 
-// One pass over the matrix.
-static nmm_solve_end take_rows(nmm_solver *s, const nmm_bsr *K, int *row_of_trouble) {
+// One pass over the matrix, or over its diagonal alone: for a method that does without the inverses
+// and ends with a residual in which each number of the matrix has its part.
+static nmm_solve_end take_rows(nmm_solver *s, const nmm_bsr *K, bool all, int *row_of_trouble) {
     const int n_piece = (s->n + ROWS_AT_A_TIME - 1) / ROWS_AT_A_TIME;
     int infinite = K->n_row, indefinite = K->n_row;
     if (s->n_thread == 1) {
-        const trouble t = take_rows_between(s, K, 0, s->n);
+        const trouble t = take_rows_between(s, K, all, 0, s->n);
         infinite = t.infinite;
         indefinite = t.indefinite;
     } else {
@@ -313,7 +315,7 @@ static nmm_solve_end take_rows(nmm_solver *s, const nmm_bsr *K, int *row_of_trou
               : infinite, indefinite)
         for (int k = 0; k < n_piece; k++) {
             const int first = k * ROWS_AT_A_TIME, end = nmm_min_int(first + ROWS_AT_A_TIME, s->n);
-            const trouble t = take_rows_between(s, K, first, end);
+            const trouble t = take_rows_between(s, K, all, first, end);
             infinite = nmm_min_int(infinite, t.infinite);
             indefinite = nmm_min_int(indefinite, t.indefinite);
         }
@@ -321,17 +323,6 @@ static nmm_solve_end take_rows(nmm_solver *s, const nmm_bsr *K, int *row_of_trou
     *row_of_trouble = infinite < K->n_row ? infinite : indefinite;
     if (infinite < K->n_row) return NMM_SOLVE_NOT_FINITE;
     return indefinite < K->n_row ? NMM_SOLVE_INDEFINITE : NMM_SOLVE_CONVERGED;
-}
-
-// For a method that does without the inverses, and that ends with a residual in which each number
-// of the matrix has its part: only what that residual would not show.
-static bool has_good_diagonal(const nmm_solver *s, const nmm_bsr *K) {
-    bool good = true;
-    for (int row = 0; row < s->n; row++) {
-        double inverse[4];
-        good &= invert_block(K->value + 4 * (long)K->diagonal[row], inverse);
-    }
-    return good;
 }
 
 // --- First guess
@@ -457,7 +448,7 @@ static void end_early(nmm_solver *s, nmm_solve_report *report, nmm_solve_end end
 
 bool nmm_solver_check_numbers(nmm_solver *solver, const nmm_bsr *K, nmm_solve_report *report) {
     int row = -1;
-    if (take_rows(solver, K, &row) != NMM_SOLVE_NOT_FINITE) return true;
+    if (take_rows(solver, K, true, &row) != NMM_SOLVE_NOT_FINITE) return true;
     report->setups = report->iterations = 0;
     end_early(solver, report, NMM_SOLVE_NOT_FINITE, row);
     return false;
@@ -497,9 +488,10 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
         end_early(solver, report, NMM_SOLVE_CONVERGED, -1);
         return NMM_OK;
     }
-    const bool direct = solver->options.method == NMM_SOLVE_DIRECT;
-    const nmm_solve_end end =
-        direct && has_good_diagonal(solver, K) ? NMM_SOLVE_CONVERGED : take_rows(solver, K, &row);
+    const bool all = solver->options.method != NMM_SOLVE_DIRECT;
+    nmm_solve_end end = take_rows(solver, K, all, &row);
+    // What is not finite is named first.
+    if (end != NMM_SOLVE_CONVERGED && !all) end = take_rows(solver, K, true, &row);
     if (end != NMM_SOLVE_CONVERGED) {
         end_early(solver, report, end, row);
         return NMM_OK;

@@ -84,9 +84,7 @@ int nmm_solver_take_force(nmm_solver *solver, const double *f) {
     solver->exponent = nmm_max_int(-1000, nmm_min_int(solver->exponent, 1000));
     const double scale = ldexp(1, -solver->exponent);
     bring_in(solver, scale, f, solver->wide.f);
-    const double square =
-        nmm_sum_product(2 * solver->n, solver->wide.f, solver->wide.f, solver->n_thread);
-    solver->norm = sqrt(square);
+    solver->norm = sqrt(nmm_sum_product(2 * solver->n, solver->wide.f, solver->wide.f, 1));
     solver->limit =
         nmm_max(solver->options.tolerance * solver->norm, scale * solver->options.absolute);
     return -1;
