@@ -97,6 +97,17 @@ typedef struct nmm_energy {
     double residual;  ///< what is left over
 } nmm_energy;
 
+/// Does the ledger close, and does energy come from nowhere? Kept over the whole run.
+typedef struct nmm_ledger {
+    double largest;                  ///< [J] largest energy of any term
+    double gain;                     ///< [J] largest fall of `numerical`: energy from nowhere
+    double residual;                 ///< [J] largest residual
+    double rounding;                 ///< [J] what rounding may make of both
+    long gain_step, residual_step;   ///< since which step a limit is passed; 0: it is not
+    double gain_time, residual_time; ///< [s] end of that step
+    char warning[640];               ///< limits that are passed, since when, where; may be empty
+} nmm_ledger;
+
 /// Wall seconds by phase.
 typedef struct nmm_phases {
     double contact, assemble, solve, advance, output;
@@ -147,6 +158,7 @@ typedef struct nmm_summary {
     double transfer_bytes, transfer_seconds; ///< their size and time
     long dt_cuts, open_close_iterations;
     nmm_energy energy;
+    nmm_ledger ledger;
     double max_penetration;  ///< [m] over the whole run
     double max_support_give; ///< [m] largest distance of a held point from its prescribed place
     double cover_size;       ///< [m]

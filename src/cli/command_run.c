@@ -63,6 +63,11 @@ static void warn_of_supports(const nmm_summary *s, const char *path) {
                         path, s->max_support_give, 100 * s->max_support_give / s->cover_size);
 }
 
+// What energy came from nowhere, and what the equations leave, says how far the answer goes.
+static void warn_of_ledger(const nmm_summary *s, const char *path) {
+    if (s->ledger.warning[0]) message_warning("%s: %s", path, s->ledger.warning);
+}
+
 static void print_end(nmm_sim *sim, const arguments *given, const char *path, int status) {
     run_report report = {.scene = given->path, .path = path, .n_frame = -1, .source = sim};
     report.reading = read_monitor;
@@ -73,6 +78,7 @@ static void print_end(nmm_sim *sim, const arguments *given, const char *path, in
                       end_name(report.summary.end), report.summary.reason[0] ? ": " : "",
                       report.summary.reason, report.summary.time, path);
     if (!given->quiet) warn_of_supports(&report.summary, given->path);
+    if (!given->quiet) warn_of_ledger(&report.summary, given->path);
     if (given->json)
         report_json(&report);
     else if (!given->quiet)

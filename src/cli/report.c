@@ -63,6 +63,13 @@ static void print_energy(const nmm_energy *e) {
         printf("  %-12s %10.4g %6.2f\n", row[i].name, row[i].joule, part(row[i].joule, scale));
 }
 
+static void print_ledger(const nmm_ledger *ledger) {
+    const double scale = ledger->largest;
+    printf("  largest energy %.4g J; of it from nowhere %.2g %%, residual %.2g %%\n", scale,
+           part(ledger->gain, scale), part(ledger->residual, scale));
+    if (ledger->warning[0]) printf("  warning: %s\n", ledger->warning);
+}
+
 static void print_monitor(const nmm_reading *r) {
     printf("  %-12s", r->name);
     if (r->has_displacement)
@@ -147,6 +154,8 @@ void report_print(const run_report *report) {
            s->max_support_give);
     print_phases(s);
     print_energy(&s->energy);
+    // Run files of before do not know.
+    if (s->ledger.largest > 0) print_ledger(&s->ledger);
     print_monitors(report);
     if (report->n_frame >= 0)
         printf("\nResults in %s, %d frames\n", report->path, report->n_frame);
@@ -224,6 +233,20 @@ static void json_energy(json *out, const nmm_energy *e) {
     json_close(out);
 }
 
+static void json_ledger(json *out, const nmm_ledger *ledger) {
+    json_open(out, "ledger");
+    json_number(out, "largest_energy", ledger->largest);
+    json_number(out, "gain", ledger->gain);
+    json_integer(out, "gain_step", ledger->gain_step);
+    json_number(out, "gain_time", ledger->gain_time);
+    json_number(out, "largest_residual", ledger->residual);
+    json_integer(out, "residual_step", ledger->residual_step);
+    json_number(out, "residual_time", ledger->residual_time);
+    json_number(out, "rounding", ledger->rounding);
+    json_text(out, "warning", ledger->warning);
+    json_close(out);
+}
+
 static void json_monitors(json *out, const run_report *report) {
     json_open(out, "monitors");
     for (int k = 0; k < report->n_monitor; k++) {
@@ -251,6 +274,7 @@ void report_json(const run_report *report) {
     json_integer(&out, "dt_cuts", s->dt_cuts);
     json_integer(&out, "open_close_iterations", s->open_close_iterations);
     json_energy(&out, &s->energy);
+    json_ledger(&out, &s->ledger);
     json_number(&out, "max_penetration", s->max_penetration);
     json_number(&out, "max_support_give", s->max_support_give);
     json_number(&out, "cover_size", s->cover_size);

@@ -107,6 +107,12 @@ void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model
 /// Elastic energy of all contacts as they are [J]; bonds keep the forces of now.
 double nmm_contact_stored(const nmm_contact_search *search, nmm_state *state);
 
+/// Of the contacts of the step just committed the one that gained most energy from nowhere: whose
+/// forces did more work on the covers and on friction than it lost. `start` is the list as the step
+/// began with it, `moved` the way of the covers. -1: none gained.
+int nmm_contact_gainer(const nmm_contact_search *search, const nmm_model *model,
+                       const nmm_state *state, const nmm_contact *start, const double *moved);
+
 /// "contact of block 3 'slider' with block 0 at (1.2, 3.4)" into text[size].
 void nmm_contact_describe(const nmm_model *model, const nmm_state *state, int contact, char *text,
                           size_t size);

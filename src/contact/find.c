@@ -207,18 +207,30 @@ static int nearer_end(const nmm_narrowing *now, int edge, int vertex) {
     return along < 0.5 * e->length ? edge : nmm_vertex_behind(now, edge);
 }
 
+// Of the closed contacts that a vertex left on two edges which meet: the one whose edge has the
+// direction of the new one more, by more than rounding; else the one that pressed more.
+static const nmm_contact *left_of_two(const nmm_narrowing *now, int vertex, const int *edge,
+                                      int new_edge, int sign) {
+    const nmm_contact *first = left_contact(now, vertex, edge[0], new_edge, sign);
+    const nmm_contact *second = left_contact(now, vertex, edge[1], new_edge, sign);
+    if (first == NULL || second == NULL) return first != NULL ? first : second;
+    const nmm_vec2 along = nmm_vec2_scale(sign, now->line[new_edge].t);
+    const double more =
+        nmm_vec2_dot(along, now->line[edge[0]].t) - nmm_vec2_dot(along, now->line[edge[1]].t);
+    if (fabs(more) > NMM_EQUAL) return more > 0 ? first : second;
+    return first->normal_force >= second->normal_force ? first : second;
+}
+
 const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int edge) {
     const nmm_contact *old = nmm_contact_lookup(&now->last, vertex, edge);
+    if (old != NULL) return old;
     // The vertex passed a corner or a cut of the other side.
     const int near[2] = {nmm_vertex_before(now, edge), nmm_vertex_behind(now, edge)};
-    for (int k = 0; k < 2 && old == NULL; k++)
-        old = left_contact(now, vertex, near[k], edge, 1);
+    old = left_of_two(now, vertex, near, edge, 1);
+    if (old != NULL) return old;
     // The other side's vertex at this place, on the edges that meet here.
-    const int other = nearer_end(now, edge, vertex);
     const int side[2] = {vertex, nmm_vertex_before(now, vertex)};
-    for (int k = 0; k < 2 && old == NULL; k++)
-        old = left_contact(now, other, side[k], edge, -1);
-    return old;
+    return left_of_two(now, nearer_end(now, edge, vertex), side, edge, -1);
 }
 
 static nmm_contact with_history(const nmm_contact_search *search, const nmm_model *model,

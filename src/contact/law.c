@@ -317,7 +317,7 @@ static void commit_open(nmm_contact *c, double length) {
     c->rest = nmm_max(c->rest, nmm_min(0, c->gap));
 }
 
-static double stored_in(const nmm_contact_search *search, const nmm_contact *c) {
+double nmm_contact_stored_in(const nmm_contact_search *search, const nmm_contact *c) {
     if (c->mode == NMM_CONTACT_OPEN) return 0;
     if (!search->options.augmented) return energy_of(c, c->normal_force, c->shear_force);
     // What the forces give back on the way to no overlap and no slip; there they are carried alone.
@@ -355,7 +355,7 @@ double nmm_contact_stored(const nmm_contact_search *search, nmm_state *state) {
     double sum = 0;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *c = &state->contact[k];
-        sum += stored_in(search, c);
+        sum += nmm_contact_stored_in(search, c);
         c->bond_normal = c->bonded ? c->normal_force : 0;
         c->bond_shear = c->bonded ? c->shear_force : 0;
     }

@@ -167,4 +167,7 @@ static inline const nmm_contact *nmm_contact_lookup(const nmm_last_list *last, i
     return NULL;
 }
 
+/// Elastic energy of a contact as it is [J].
+double nmm_contact_stored_in(const nmm_contact_search *search, const nmm_contact *c);
+
 #endif

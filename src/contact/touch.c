@@ -82,10 +82,12 @@ typedef struct candidate {
     bool sides;
 } candidate;
 
-// Near enough, and a real overlap if there is one.
+// Near enough, and a real overlap if there is one. Of what is deeper than `near` only some pairs
+// are known: those whose boxes happen to be near.
 static bool listed(const nmm_narrowing *now, const candidate *c) {
     const nmm_model *model = now->model;
-    if (c->gap > now->reach || c->gap < -NMM_DEEPEST * model->size) return false;
+    if (c->gap > now->reach || c->gap < -nmm_min(now->near, NMM_DEEPEST * model->size))
+        return false;
     if (c->sides && -c->gap > c->room) return false;
     if (c->gap >= -NMM_TOUCH * model->size) return true;
     const nmm_contact *old = nmm_contact_history(now, c->vertex, c->edge);

@@ -86,7 +86,7 @@ typedef struct nmm_h5_record {
     int n;
     const nmm_h5_column *column; // [n], at most NMM_H5_COLUMNS
 } nmm_h5_record;
-enum { NMM_H5_COLUMNS = 64, NMM_H5_TEXT = 96 }; // texts of a column's name, unit, meaning
+enum { NMM_H5_COLUMNS = 96, NMM_H5_TEXT = 96 }; // texts of a column's name, unit, meaning
 
 /// A table of records that grows: doubles [rows][columns], which every program reads, with the
 /// attributes columns, unit and meaning. `keep` [record->n] says which columns are stored, NULL:

@@ -41,6 +41,8 @@ static const nmm_h5_column step_column[] = {
 const nmm_h5_record nmm_record_step = RECORD(nmm_step_report, step_column);
 
 #define SUMMARY(kind, member, unit, meaning) COLUMN(nmm_summary, kind, member, unit, meaning)
+#define LEDGER(name, kind, member, unit, meaning)                                                  \
+    NAMED(nmm_summary, name, kind, ledger.member, unit, meaning)
 #define PHASE(name, unit, meaning)                                                                 \
     NAMED(nmm_summary, "seconds_" #name, 'd', phase_seconds.name, unit, meaning)
 static const nmm_h5_column summary_column[] = {
@@ -86,6 +88,15 @@ static const nmm_h5_column summary_column[] = {
     SUMMARY('l', dt_cuts, "", "times a step was shortened"),
     SUMMARY('l', open_close_iterations, "", "open-close passes"),
     ENERGY_COLUMNS(nmm_summary),
+    LEDGER("largest_energy", 'd', largest, "J", "largest energy of any term of the ledger"),
+    LEDGER("gain", 'd', gain, "J", "largest fall of numerical: energy from nowhere"),
+    LEDGER("gain_step", 'l', gain_step, "", "step since which its limit is passed, 0: it is not"),
+    LEDGER("gain_time", 'd', gain_time, "s", "end of that step"),
+    LEDGER("largest_residual", 'd', residual, "J", "largest residual of the ledger"),
+    LEDGER("residual_step", 'l', residual_step, "", "the same of the residual"),
+    LEDGER("residual_time", 'd', residual_time, "s", "end of that step"),
+    LEDGER("rounding", 'd', rounding, "J", "what rounding may make of gain and residual"),
+    LEDGER("ledger_warning", 's', warning, "", "limits that are passed, since when, where"),
     SUMMARY('d', max_penetration, "m", "largest overlap of the run"),
     SUMMARY('d', max_support_give, "m", "largest distance of a held point from its place"),
     SUMMARY('d', cover_size, "m", "distance of neighbouring lattice nodes"),

@@ -108,6 +108,14 @@ static element_sums sum_element(const nmm_sim *sim, int e, double h) {
                                  : sum_functions(sim, e, h, sim->model.n_local);
 }
 
+double nmm_ledger_strain(const nmm_sim *sim, int element) {
+    return sum_element(sim, element, 0).strain;
+}
+
+double nmm_ledger_inner_work(const nmm_sim *sim, int element) {
+    return sum_element(sim, element, 0).inner;
+}
+
 // Ties of slivers have an energy and a mass too.
 static void add_ties(const nmm_sim *sim, double h, element_sums *sums) {
     const nmm_system *system = &sim->system;
@@ -224,6 +232,7 @@ void nmm_ledger_start(nmm_sim *sim) {
     sim->strain = sim->strain0 = sums.strain;
     // A motion that does not begin at zero loads the springs in the first step: its ledger says so.
     sim->support = 0;
+    nmm_watch_start(sim);
 }
 
 void nmm_ledger_step(nmm_sim *sim, double h, nmm_contact_energy before) {
@@ -241,9 +250,12 @@ void nmm_ledger_step(nmm_sim *sim, double h, nmm_contact_energy before) {
     energy->damping += sums.damping;
     energy->friction += friction;
     energy->fracture += fracture;
-    energy->numerical += sums.inner - (sums.strain - sim->strain);
-    energy->numerical += -contact - stored - friction - fracture;
-    energy->numerical += put_in - support - (spring - sim->support);
+    const nmm_losses losses = {.elements = sums.inner - (sums.strain - sim->strain),
+                               .contacts = -contact - stored - friction - fracture,
+                               .supports = put_in - support - (spring - sim->support)};
+    energy->numerical += losses.elements;
+    energy->numerical += losses.contacts;
+    energy->numerical += losses.supports;
     // Held unknowns do not follow the scheme: their kinetic energy is prescribed.
     // Nor do those that are stopped after each step of statics.
     if (sim->system.fixed != NULL || sim->settings.is_static)
@@ -256,4 +268,5 @@ void nmm_ledger_step(nmm_sim *sim, double h, nmm_contact_energy before) {
     energy->residual = energy->external - energy->kinetic - energy->strain - energy->contact -
                        energy->friction - energy->fracture - energy->support - energy->damping -
                        energy->numerical;
+    nmm_watch_step(sim, &losses);
 }

@@ -254,6 +254,7 @@ void nmm_sim_interrupt(nmm_sim *sim) {
 }
 
 void nmm_sim_summary(nmm_sim *sim, nmm_summary *summary) {
+    nmm_watch_tell(sim);
     nmm_summary *s = &sim->summary;
     s->blocks = sim->model.n_block;
     s->elements = sim->model.n_element;

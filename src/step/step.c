@@ -99,21 +99,25 @@ static int inside_out_element(const nmm_sim *sim) {
     return first < INT32_MAX ? first : -1;
 }
 
+void nmm_element_place(const nmm_sim *sim, int element, char *text, size_t size) {
+    const nmm_model *model = &sim->model;
+    const int block = model->element_block[element];
+    const char *name = model->block_name[block];
+    snprintf(text, size, "block %d%s%.60s%s near (%.6g, %.6g)", block, name != NULL ? " '" : "",
+             name != NULL ? name : "", name != NULL ? "'" : "",
+             model->element_centre[2 * (long)element] + model->origin.x,
+             model->element_centre[2 * (long)element + 1] + model->origin.y);
+}
+
 // A sliver hardly resists: the cover that has nothing but it follows each error of a place a
 // million times and more.
 static void say_inside_out(nmm_sim *sim, int e) {
-    const nmm_model *model = &sim->model;
-    const int block = model->element_block[e];
-    const char *name = model->block_name[block];
-    const bool sliver = model->element_area[e] < SLIVER * sim->cover.mean_area;
-    char what[40] = "an element";
-    if (sliver) snprintf(what, sizeof what, "a sliver of %.2g m2", model->element_area[e]);
-    snprintf(sim->report.reason, sizeof sim->report.reason,
-             "%s of block %d%s%.60s%s near (%.6g, %.6g) turned inside out%s", what, block,
-             name != NULL ? " '" : "", name != NULL ? name : "", name != NULL ? "'" : "",
-             model->element_centre[2 * (long)e] + model->origin.x,
-             model->element_centre[2 * (long)e + 1] + model->origin.y,
-             sliver ? "; another covers.size or covers.order: 1 helps" : "");
+    const bool sliver = sim->model.element_area[e] < SLIVER * sim->cover.mean_area;
+    char what[40] = "an element", place[120];
+    if (sliver) snprintf(what, sizeof what, "a sliver of %.2g m2", sim->model.element_area[e]);
+    nmm_element_place(sim, e, place, sizeof place);
+    snprintf(sim->report.reason, sizeof sim->report.reason, "%s of %s turned inside out%s", what,
+             place, sliver ? "; another covers.size or covers.order: 1 helps" : "");
 }
 
 // A soft interface may overlap further than anything moves in a step: its contacts must be found.

@@ -15,6 +15,7 @@
 #include "scene.h"
 #include "solve.h"
 #include "system.h"
+#include "watch.h"
 
 /// Work of the unbalanced forces along a correction, at its end over that at its beginning, which
 /// may be left.
@@ -72,10 +73,18 @@
 /// Part of the unbalanced forces allowed that a first pass may leave where the motion goes on.
 #define NMM_FIRST_PASS 0.1
 
-/// Unbalanced forces over all of them that a first pass and a later one may leave aside, to solve
-/// only for the rows that have the others and those near by.
+/// Unbalanced forces over all of them that a pass may leave aside, to solve only for the rows that
+/// have the others and those near by. A first pass, and a later one: so many times what the pass
+/// before left, within bounds, where contacts change mode in all of them and none gains much; twice
+/// as much and so on to the most where that are too many rows.
 #define NMM_FIRST_LEFT 1e-4
-#define NMM_LATER_LEFT 1e-2
+#define NMM_LEFT_OF_GAIN 0.15
+#define NMM_LEAST_LEFT 1e-2
+#define NMM_LEFT 0.2
+#define NMM_MOST_LEFT 0.4
+
+/// Part of what may be left in the end that a later pass may leave aside in any case.
+#define NMM_LEFT_ALLOWED 0.5
 
 /// Limits of one step.
 enum {
@@ -194,6 +203,7 @@ struct nmm_sim {
     double kinetic0, strain0;
     nmm_contact_energy contact_energy;
     nmm_energy energy;
+    nmm_watch watch;   // of the ledger
     nmm_energy judged; // statics: the same after the step before
     bool overlaps;     // statics: augmented contacts of the last try have not come to rest
     int n_free;        // last steps in which a block seemed to be free
@@ -276,6 +286,23 @@ void nmm_ledger_start(nmm_sim *sim);
 
 /// Book the step of length h that was just accepted, its velocities and contacts included.
 void nmm_ledger_step(nmm_sim *sim, double h, nmm_contact_energy before);
+
+/// The ledger begins, and the step of length h was booked with these losses: is energy from nowhere
+/// in it, does it close?
+void nmm_watch_start(nmm_sim *sim);
+void nmm_watch_step(nmm_sim *sim, const nmm_losses *losses);
+
+/// What passed its limit, in words, into summary.ledger.
+void nmm_watch_tell(nmm_sim *sim);
+
+/// Energies that an element stores in the state as it is, strain [J].
+double nmm_ledger_strain(const nmm_sim *sim, int element);
+
+/// Work of the inner forces of an element over the step [J], from the last residual.
+double nmm_ledger_inner_work(const nmm_sim *sim, int element);
+
+/// "block 3 'slider' near (1.2, 3.4)", the place of an element.
+void nmm_element_place(const nmm_sim *sim, int element, char *text, size_t size);
 
 /// Work of the contact forces on the covers over the step [J], from the last residual.
 double nmm_ledger_contact_work(const nmm_sim *sim);

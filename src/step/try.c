@@ -175,15 +175,31 @@ static nmm_status couple(nmm_sim *sim, const passes *p) {
     return NMM_OK;
 }
 
+// Unbalanced forces that a pass may leave aside, to solve for the other rows [N]: in a later one
+// less than it will gain.
+static double left_aside(const nmm_sim *sim, const passes *p) {
+    const double *unbalance = p->unbalance, allowed = nmm_balance_limit(&sim->balance);
+    double part = NMM_FIRST_LEFT;
+    if (p->n > 0) {
+        const double gained = unbalance[p->n] / unbalance[p->n - 1];
+        const double left = nmm_max(NMM_LEAST_LEFT, nmm_min(NMM_LEFT_OF_GAIN * gained, NMM_LEFT));
+        part = nmm_max(left, NMM_LEFT_ALLOWED / p->worst[p->n]);
+    }
+    return nmm_max(NMM_FIRST_PASS * allowed, part * unbalance[p->n]);
+}
+
 // Is it enough to solve for the rows that are out of balance and what is near them? Symmetric
-// passes of contacts that slide mix their changes, which asks for all rows.
+// passes of contacts that slide mix their changes, which asks for all rows. Where small forces are
+// strewn over all, those that hold most must do.
 static bool solves_nearby(nmm_sim *sim, const passes *p, double h) {
     if (p->whole || sim->nearby.model == NULL || sim->dump.write != NULL) return false;
     if (!couples(sim, p) && p->verdict.n_sliding > 0) return false;
-    const double part = p->n == 0 ? NMM_FIRST_LEFT : NMM_LATER_LEFT;
-    const double left =
-        nmm_max(NMM_FIRST_PASS * nmm_balance_limit(&sim->balance), part * p->unbalance[p->n]);
-    return nmm_nearby_choose(&sim->nearby, &sim->system, left, h);
+    const double most = p->n > 0 ? NMM_MOST_LEFT * p->unbalance[p->n] : 0;
+    double left = left_aside(sim, p);
+    bool few = nmm_nearby_choose(&sim->nearby, &sim->system, left, h);
+    for (left *= 2; !few && left <= most; left *= 2)
+        few = nmm_nearby_choose(&sim->nearby, &sim->system, left, h);
+    return few;
 }
 
 static nmm_status solve_all(nmm_sim *sim, const nmm_solve_options *options,

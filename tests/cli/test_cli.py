@@ -38,7 +38,7 @@ output: {every: 2e-3}
 """
 
 RUN_FIELDS = """scene blocks elements covers unknowns contacts steps time end wall_seconds phase_seconds
-solver dt_cuts open_close_iterations energy max_penetration monitors state_hash""".split()
+solver dt_cuts open_close_iterations energy ledger max_penetration monitors state_hash""".split()
 PHASE_FIELDS = "contact assemble solve advance output".split()
 SOLVER_FIELDS = "method device on_device precision solves iterations failed".split()
 ENERGY_FIELDS = "kinetic strain contact friction fracture external numerical residual".split()
@@ -261,7 +261,7 @@ class Results(Case):
     def test_info_agrees_with_run(self):
         ran = strict_json(self.expect(0, "run", "fall.yaml", "--json")[0])
         told = strict_json(self.expect(0, "info", "fall.vtkhdf", "--json")[0])
-        for name in "scene blocks elements covers unknowns steps time end energy state_hash".split():
+        for name in "scene blocks elements covers unknowns steps time end energy ledger state_hash".split():
             self.assertEqual(told[name], ran[name], name)
         self.assertEqual(told["monitors"], ran["monitors"])
 

@@ -45,6 +45,13 @@ supports:
   - {block: low, fix: xy}
 analysis: {kind: static}
 """
+SLIDING = """gravity: [5, -9]
+blocks:
+  - {name: base, polygon: [[-2, -1], [4, -1], [4, 0], [-2, 0]], material: rock}
+  - {name: top, polygon: [[0, 0], [1.1, 0], [1.1, 0.9], [0, 0.9]], material: rock}
+supports:
+  - {block: base, fix: xy}
+"""
 SLIVER = """domain:
   - {polygon: [[0, 0], [2.00000001, 0], [2.00000001, 4.330127118922193], [0, 4.330127118922193]],
      material: rock}
@@ -135,6 +142,24 @@ class Warnings(Case):
         self.assertEqual(done.stderr, "")
         result = json.loads(done.stdout)
         self.assertLess(result["max_support_give"], 1e-4 * result["cover_size"])
+
+    def test_ledger_that_does_not_close(self):
+        longer, loose = ["--set", "time.end=0.05"], ["--set", "analysis.tolerance=0.1"]
+        done = self.nmm("run", "scene.yaml", "--json", *longer, *loose, scene=SLIDING)
+        words = "the energy ledger does not close, by .* J or .* since step .* may help"
+        self.assertRegex(done.stderr, f"warning: scene.yaml: {words}")
+        self.assertEqual(len(done.stderr.splitlines()), 1)
+        ledger = json.loads(done.stdout)["ledger"]
+        self.assertRegex(ledger["warning"], words)
+        self.assertGreater(ledger["residual_step"], 0)
+        self.assertGreater(ledger["largest_residual"], 1e-5 * ledger["largest_energy"])
+        info = self.nmm("info", "scene.vtkhdf", "--json")
+        self.assertEqual(json.loads(info.stdout)["ledger"], ledger)
+        self.assertRegex(self.nmm("info", "scene.vtkhdf").stdout, f"warning: {words}")
+        done = self.nmm("run", "scene.yaml", "--json", *longer)
+        ledger = json.loads(done.stdout)["ledger"]
+        self.assertEqual((done.stderr, ledger["warning"], ledger["residual_step"]), ("", "", 0))
+        self.assertNotIn("warning", self.nmm("info", "scene.vtkhdf").stdout)
 
     def test_elements_inside_out(self):
         done = self.nmm("run", "scene.yaml", "-q", "--set", "materials.rock.youngs_modulus=1",

@@ -683,6 +683,8 @@ COPIED = {
     "divided_elements": ("elements of order 2 that are strained", mirrored),
     "needle_tip": ("the tip of a needle on a side of its own block", mirrored),
     "far_crack": ("a crack whose faces slide and overlap deeply", shifted),
+    "two_edges_left": ("a corner that has left two edges at once", mirrored),
+    "deep_overlap": ("a corner far behind an edge, found by one copy only", mirrored),
     "steep_friction": ("joints at friction of 80 degrees", turned),
 }
 

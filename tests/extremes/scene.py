@@ -40,7 +40,7 @@ class Result(dict):
         self.status = status
         self.messages = messages
         self.largest_energy = 0.0  # of any term of the ledger, at any step
-        self.most_gained = 0.0  # energy that came from nowhere, at any step
+        self.most_gained = 0.0  # energy that came from nowhere, at any step: eq. (4.18)
         self.places = numpy.zeros((0, 2))  # of the corners of all elements, at the start
 
     @property
@@ -49,6 +49,13 @@ class Result(dict):
 
     def monitor(self, name, kind="displacement"):
         return self["monitors"][name][kind]
+
+    @property
+    def told(self):
+        """What the program itself says of its ledger, in short."""
+        ledger = self.get("ledger", {})
+        words = {"gain_step": "energy from nowhere", "residual_step": "ledger"}
+        return [text for step, text in words.items() if ledger.get(step, 0) > 0]
 
     @property
     def cause(self):
@@ -71,12 +78,15 @@ class Result(dict):
             raise Fault("a number in the ledger is not finite")
         terms = data[:, [names.index(name) for name in TERMS]]
         self.largest_energy = float(numpy.abs(terms).max(initial=self.largest_energy))
-        self.most_gained = float(-data[:, names.index("numerical")].min(initial=0))
+        lost = numpy.concatenate([[0.0], data[:, names.index("numerical")]])
+        self.most_gained = float((numpy.maximum.accumulate(lost) - lost).max())
 
-    def check(self, ledger, floor, force):
-        """What must hold for every run that has results."""
+    def check(self, ledger, floor, force, told):
+        """What must hold for every run that has results. `told`: a ledger that does not close may be,
+        where the program says so itself."""
         residual = abs(self["energy"]["residual"])
-        if residual > max(ledger * self.largest_energy, floor, force * way_of(self)):
+        may = told and "ledger" in self.told
+        if residual > max(ledger * self.largest_energy, floor, force * way_of(self)) and not may:
             raise Fault(f"ledger: residual {residual:.3g} of {self.largest_energy:.3g} J")
         if (self.status == 0) != (self["end"] == "completed"):
             raise Fault(f"status {self.status}, but the end is {self['end']}")
@@ -139,9 +149,10 @@ def start(line, scene, timeout):
     return done
 
 
-def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor=1e-200, force=0):
+def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor=1e-200, force=0,
+        told=False):
     """Run a scene, or only check it. Raises Fault for what no scene may bring about. A ledger may
-    miss `ledger` of its largest term, or `floor` [J], or the work of `force` [N]."""
+    miss `ledger` of its largest term, or `floor` [J], or the work of `force` [N]; more where the program tells it and `told` lets it."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "run.vtkhdf")
         more = ["-q", "--threads", "1", "-o", path] if command == "run" else []
@@ -156,7 +167,7 @@ def run(program, scene, *words, command="run", timeout=600, ledger=LEDGER, floor
         if command == "run":
             result.largest_energy = kinetic_energy(scene)
             result.read_ledger(path)
-            result.check(ledger, floor, force)
+            result.check(ledger, floor, force, told)
     return result
 
 
