@@ -73,10 +73,18 @@
 /// Part of the unbalanced forces allowed that a first pass may leave where the motion goes on.
 #define NMM_FIRST_PASS 0.1
 
-/// Unbalanced forces over all of them that a first pass and a later one may leave aside, to solve
-/// only for the rows that have the others and those near by.
+/// Unbalanced forces over all of them that a pass may leave aside, to solve only for the rows that
+/// have the others and those near by. A first pass, and a later one: so many times what the pass
+/// before left, within bounds, where contacts change mode in all of them and none gains much; twice
+/// as much and so on to the most where that are too many rows.
 #define NMM_FIRST_LEFT 1e-4
-#define NMM_LATER_LEFT 1e-2
+#define NMM_LEFT_OF_GAIN 0.15
+#define NMM_LEAST_LEFT 1e-2
+#define NMM_LEFT 0.2
+#define NMM_MOST_LEFT 0.4
+
+/// Part of what may be left in the end that a later pass may leave aside in any case.
+#define NMM_LEFT_ALLOWED 0.5
 
 /// Limits of one step.
 enum {

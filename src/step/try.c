@@ -175,15 +175,31 @@ static nmm_status couple(nmm_sim *sim, const passes *p) {
     return NMM_OK;
 }
 
+// Unbalanced forces that a pass may leave aside, to solve for the other rows [N]: in a later one
+// less than it will gain.
+static double left_aside(const nmm_sim *sim, const passes *p) {
+    const double *unbalance = p->unbalance, allowed = nmm_balance_limit(&sim->balance);
+    double part = NMM_FIRST_LEFT;
+    if (p->n > 0) {
+        const double gained = unbalance[p->n] / unbalance[p->n - 1];
+        const double left = nmm_max(NMM_LEAST_LEFT, nmm_min(NMM_LEFT_OF_GAIN * gained, NMM_LEFT));
+        part = nmm_max(left, NMM_LEFT_ALLOWED / p->worst[p->n]);
+    }
+    return nmm_max(NMM_FIRST_PASS * allowed, part * unbalance[p->n]);
+}
+
 // Is it enough to solve for the rows that are out of balance and what is near them? Symmetric
-// passes of contacts that slide mix their changes, which asks for all rows.
+// passes of contacts that slide mix their changes, which asks for all rows. Where small forces are
+// strewn over all, those that hold most must do.
 static bool solves_nearby(nmm_sim *sim, const passes *p, double h) {
     if (p->whole || sim->nearby.model == NULL || sim->dump.write != NULL) return false;
     if (!couples(sim, p) && p->verdict.n_sliding > 0) return false;
-    const double part = p->n == 0 ? NMM_FIRST_LEFT : NMM_LATER_LEFT;
-    const double left =
-        nmm_max(NMM_FIRST_PASS * nmm_balance_limit(&sim->balance), part * p->unbalance[p->n]);
-    return nmm_nearby_choose(&sim->nearby, &sim->system, left, h);
+    const double most = p->n > 0 ? NMM_MOST_LEFT * p->unbalance[p->n] : 0;
+    double left = left_aside(sim, p);
+    bool few = nmm_nearby_choose(&sim->nearby, &sim->system, left, h);
+    for (left *= 2; !few && left <= most; left *= 2)
+        few = nmm_nearby_choose(&sim->nearby, &sim->system, left, h);
+    return few;
 }
 
 static nmm_status solve_all(nmm_sim *sim, const nmm_solve_options *options,
@@ -196,6 +212,12 @@ static nmm_status solve_all(nmm_sim *sim, const nmm_solve_options *options,
     return NMM_OK;
 }
 
+static void swap_caught(nmm_system *system) {
+    double *residual = system->residual;
+    system->residual = system->caught;
+    system->caught = residual;
+}
+
 static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
@@ -204,6 +226,8 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
     if (anew) nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     guess_change(sim, h, p->n);
+    const bool caught = nmm_system_catch(system, &sim->model, &sim->state);
+    if (caught) swap_caught(system);
     const nmm_solve_options options = solve_options(sim, p);
     nmm_balance_put_weights(&sim->balance, system, &sim->model);
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
@@ -214,6 +238,7 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
             ? nmm_nearby_solve(&sim->context, &sim->nearby, system, &sim->state, &options, report)
             : solve_all(sim, &options, report));
     nmm_balance_take_weights(&sim->balance, system, &sim->model);
+    if (caught) swap_caught(system);
     nmm_solves_count(sim, report);
     nmm_friction_pass(&sim->friction, p->part ? sim->nearby.n_row : system->K.n_row, report->work,
                       p->verdict.n_sliding > 0);
@@ -494,7 +519,8 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
     if (solved.coupled || p->part) nmm_mixing_reset(&sim->mixing);
     if (solved.coupled || p->part || !go_mixed(sim, p, step)) go_along(sim, p, step, &along);
     const bool gained = unbalance(sim) < NMM_GAINED * p->unbalance[p->n];
-    p->in_vain = solved.coupled && !gained && !p->part;
+    // The first pass of a step finds the modes: what it leaves says little.
+    p->in_vain = solved.coupled && !gained && !p->part && p->n > 0;
     p->whole = p->part && !gained;
     p->n_vain += p->in_vain;
     p->n += 1;
