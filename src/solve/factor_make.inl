@@ -64,22 +64,37 @@ static void take_off_rows(tile t, int n_row, const double *corner) {
 
 // --- Pivots
 
-// Cholesky's method on the triangle of n columns at `corner`; false where a pivot is not positive,
-// *broken is then its column. The diagonal takes inverses.
-static bool factorise_corner(double *corner, long stride, int n, int *broken) {
+// Cholesky's method on the triangle of n columns at `corner`, 2 or 4, which stays in registers;
+// false where a pivot is not positive, *broken is then its column. The diagonal takes inverses.
+static inline __attribute__((always_inline)) bool factorise_corner(double *corner, long stride,
+                                                                   const int n, int *broken) {
+    double c[4][4];
+    UNROLL
+    for (int j = 0; j < n; j++)
+        UNROLL
+        for (int i = j; i < n; i++)
+            c[j][i] = corner[j * stride + i];
+    UNROLL
     for (int j = 0; j < n; j++) {
-        double *column = corner + j * stride;
+        UNROLL
         for (int k = 0; k < j; k++)
+            UNROLL
             for (int i = j; i < n; i++)
-                column[i] -= corner[k * stride + i] * corner[k * stride + j];
-        const double inverse = 1 / sqrt(column[j]);
+                c[j][i] -= c[k][i] * c[k][j];
+        const double inverse = 1 / sqrt(c[j][j]);
         *broken = j;
         // Not for zero, for what is negative, nor for what is no number.
         if (!(inverse > 0 && inverse <= 1.7976931348623157e308)) return false;
-        column[j] = inverse;
+        c[j][j] = inverse;
+        UNROLL
         for (int i = j + 1; i < n; i++)
-            column[i] *= inverse;
+            c[j][i] *= inverse;
     }
+    UNROLL
+    for (int j = 0; j < n; j++)
+        UNROLL
+        for (int i = j; i < n; i++)
+            corner[j * stride + i] = c[j][i];
     return true;
 }
 
