@@ -105,11 +105,25 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
 
 // --- A new contact
 
-static int interface_of(const nmm_model *model, int vertex, int edge) {
-    const int of_edge = model->edge_interface[edge], after = model->edge_interface[vertex];
-    const int before = model->edge_interface[model->vertex_prev[vertex]];
+// Of two joints at a corner the one that holds less, whichever is listed first; -1: none.
+static int weaker_of(const nmm_model *model, int a, int b) {
+    if (a < 0 || b < 0) return nmm_max_int(a, b);
+    const nmm_interface *one = &model->interface[a], *other = &model->interface[b];
+    if (one->friction != other->friction) return one->friction < other->friction ? a : b;
+    if (one->cohesion != other->cohesion) return one->cohesion < other->cohesion ? a : b;
+    return one->normal_stiffness < other->normal_stiffness ? a : b;
+}
+
+// Of the joint that made the edge; else of the one that made the side which faces it, or a side of
+// the corner; else of none.
+static int interface_of(const nmm_model *model, const nmm_raw *raw) {
+    const int of_edge = model->edge_interface[raw->edge];
     if (of_edge >= 0) return of_edge;
-    return nmm_max_int(0, nmm_max_int(after, before));
+    const int of_side = raw->corner ? -1 : model->edge_interface[raw->facing];
+    if (of_side >= 0) return of_side;
+    const int after = model->edge_interface[raw->vertex];
+    const int before = model->edge_interface[model->vertex_prev[raw->vertex]];
+    return nmm_max_int(0, weaker_of(model, after, before));
 }
 
 static double modulus_behind(const nmm_model *model, int edge) {
@@ -136,7 +150,7 @@ static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model
                                const nmm_raw *raw) {
     nmm_contact c = {.vertex = raw->vertex, .edge = raw->edge, .length = raw->length};
     c.spring_length = raw->spring_length;
-    c.interface = interface_of(model, raw->vertex, raw->edge);
+    c.interface = interface_of(model, raw);
     c.gap = raw->gap;
     const nmm_edge_line *e = &search->line[raw->edge];
     c.anchor = nmm_vec2_dot(e->t, nmm_vec2_sub(search->line[raw->vertex].p, e->p)) / e->length;

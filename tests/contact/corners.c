@@ -496,6 +496,44 @@ static void test_tiny_edge_at_corner(void **unused) {
     }
 }
 
+// --- Joints at a corner
+
+// Block 1 at rest on edge 2, which no joint made: interfaces of the sides that begin at its first
+// vertex and end there, 0 or 1, the weak one of friction 0.1; friction of the contact of that
+// vertex.
+static double friction_at(const loop *loops, int weak, int after, int before) {
+    bodies b = {0};
+    assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+    b.model.interface[weak].friction = 0.1;
+    const int v = bodies_vertex(&b, 1);
+    b.model.edge_interface[v] = after;
+    b.model.edge_interface[b.model.vertex_prev[v]] = before;
+    bodies_find(&b, 0.1);
+    const nmm_contact *c = bodies_contact(&b, v, 2);
+    assert_non_null(c);
+    const double friction = b.model.interface[c->interface].friction;
+    bodies_close(&b);
+    return friction;
+}
+
+// A corner between two joints meets by the weaker one, whichever is listed first; a side by its
+// own.
+static void test_two_joints_at_corner(void **unused) {
+    (void)unused;
+    const nmm_vec2 floor[4] = BOX(-2, -1, 2, 0), brick[4] = BOX(0, 0, 1, 1);
+    const nmm_vec2 tip[3] = {{0, 0}, {1, 1}, {-1, 1}};
+    const loop of_tip[2] = {{0, 4, floor}, {1, 3, tip}}, of_box[2] = {{0, 4, floor}, {1, 4, brick}};
+    for (int weak = 0; weak < 2; weak++) {
+        const double friction[2] = {weak == 0 ? 0.1 : 0.5, weak == 1 ? 0.1 : 0.5};
+        assert_close(friction_at(of_tip, weak, 0, 1), 0.1, 1e-15);
+        assert_close(friction_at(of_tip, weak, 1, 0), 0.1, 1e-15);
+        assert_close(friction_at(of_tip, weak, -1, 1), friction[1], 1e-15);
+        assert_close(friction_at(of_tip, weak, -1, -1), friction[0], 1e-15);
+        assert_close(friction_at(of_box, weak, 0, 1), friction[0], 1e-15);
+        assert_close(friction_at(of_box, weak, 1, 0), friction[1], 1e-15);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_corner_over_corner),
@@ -518,6 +556,7 @@ int main(void) {
         cmocka_unit_test(test_block_in_hole),
         cmocka_unit_test(test_edge_without_length),
         cmocka_unit_test(test_tiny_edge_at_corner),
+        cmocka_unit_test(test_two_joints_at_corner),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

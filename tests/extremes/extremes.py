@@ -17,7 +17,7 @@ import re
 import sys
 import time
 
-from random_scenes import back, mirrored, renumbered, shifted, turned
+from copies import back, mirrored, renumbered, shifted, turned
 from scene import LEDGER, Fault, change, digits, distance, material, numbers_of, run, square
 
 GRAVITY = 9.81
