@@ -87,7 +87,7 @@
 #define NMM_LEFT_ALLOWED 0.5
 
 /// Part of the forces allowed to be left that rounding may be, not to be looked at in each pass.
-#define NMM_ROUNDED 1e-2
+#define NMM_ROUNDED 0.1
 
 /// Limits of one step.
 enum {
