@@ -373,14 +373,27 @@ static bool make_front(const nmm_factor *f, const nmm_front *front, const double
     return true;
 }
 
+// A place for what is left of a front.
+static void take_place(nmm_factor *f, nmm_front *front) {
+    front->rest[0] = f->stack[0].n_top + nmm_pool_take(&f->pool, nmm_front_rest(front, 0));
+}
+
+// What other parts left for this front is taken.
+static void give_places(nmm_factor *f, const nmm_front *front) {
+    for (int c = front->child; c >= 0; c = f->front[c].sibling)
+        if (f->front[c].kept) nmm_pool_give(&f->pool, f->front[c].rest[0] - f->stack[0].n_top);
+}
+
 // Fronts for one thread, and L^-1 x as soon as columns of L are there, while they are in a cache.
 // None where a pivot before them is not positive: what they would take may not be there.
-static void make_part(const nmm_factor *f, const nmm_factor_part *part, const double *value,
-                      bool forward, const own_stacks *own) {
+static void make_part(nmm_factor *f, const nmm_factor_part *part, const double *value, bool forward,
+                      const own_stacks *own) {
     nmm_hand alone = {.n = 1};
     if (is_broken(f->team, f->front[part->first].first)) return;
     for (int i = part->first; i < part->end; i++) {
+        if (f->front[i].kept) take_place(f, &f->front[i]);
         if (!make_front(f, &f->front[i], value, own, &alone)) return;
+        give_places(f, &f->front[i]);
         if (forward) go_forward(f, &f->front[i], own);
     }
 }
@@ -400,8 +413,8 @@ static void make_top(const nmm_factor *f, const nmm_front *front, const double *
 
 // A thread's part of it: parts, then its share of the fronts above them. With r the numbers of
 // L^-1 P r are made on the way, and with z the solution after it.
-static void make_share(const nmm_factor *f, const double *value, const double *r, double *z,
-                       nmm_hand *h, int thread) {
+static void make_share(nmm_factor *f, const double *value, const double *r, double *z, nmm_hand *h,
+                       int thread) {
     const own_stacks own = stacks_of(f, thread);
     if (r != NULL) move_rows(f, r, f->x, true, h);
     int first = 0;
@@ -424,6 +437,7 @@ static int make_and_apply(nmm_factor *f, const double *value, const double *r, d
     const int n_thread = f->n_thread;
     atomic_store(&team->ticket, 0);
     atomic_store(&team->least, INT_MAX);
+    nmm_pool_clear(&f->pool);
     open_parts(f, false);
     open_parts(f, true);
     if (n_thread == 1) {

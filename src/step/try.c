@@ -217,6 +217,12 @@ static nmm_status solve_all(nmm_sim *sim, const nmm_solve_options *options,
     return NMM_OK;
 }
 
+static void swap_caught(nmm_system *system) {
+    double *residual = system->residual;
+    system->residual = system->caught;
+    system->caught = residual;
+}
+
 static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
@@ -225,6 +231,8 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
     if (anew) nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     guess_change(sim, h, p->n);
+    const bool caught = nmm_system_catch(system, &sim->model, &sim->state);
+    if (caught) swap_caught(system);
     const nmm_solve_options options = solve_options(sim, p);
     nmm_balance_put_weights(&sim->balance, system, &sim->model);
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
@@ -235,6 +243,7 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
             ? nmm_nearby_solve(&sim->context, &sim->nearby, system, &sim->state, &options, report)
             : solve_all(sim, &options, report));
     nmm_balance_take_weights(&sim->balance, system, &sim->model);
+    if (caught) swap_caught(system);
     nmm_solves_count(sim, report);
     nmm_friction_pass(&sim->friction, p->part ? sim->nearby.n_row : system->K.n_row, report->work,
                       p->verdict.n_sliding > 0);
@@ -525,7 +534,8 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
     if (solved.coupled || p->part) nmm_mixing_reset(&sim->mixing);
     if (solved.coupled || p->part || !go_mixed(sim, p, step)) go_along(sim, p, step, &along);
     const bool gained = unbalance(sim) < NMM_GAINED * p->unbalance[p->n];
-    p->in_vain = solved.coupled && !gained && !p->part;
+    // The first pass of a step finds the modes: what it leaves says little.
+    p->in_vain = solved.coupled && !gained && !p->part && p->n > 0;
     p->whole = p->part && !gained;
     p->n_vain += p->in_vain;
     p->n += 1;
