@@ -26,6 +26,7 @@ typedef struct passes {
     int n_vain;   // passes of this kind
     bool part;    // the last solve was for part of the rows
     bool whole;   // the next one must not be
+    bool clouded; // rounding is something beside what may be left of the forces
 } passes;
 
 static void restore_start(nmm_sim *sim) {
@@ -145,13 +146,17 @@ static void guess_change(nmm_sim *sim, double h, int pass) {
     }
 }
 
-// What is left of the forces over what is allowed; what rounding leaves follows from the places
-// reached, and from those to be reached where steps are the motion's and not a search.
-static double worst_balance(nmm_sim *sim, double h) {
-    nmm_balance *balance = &sim->balance;
+// What rounding leaves follows from the places reached, and from those to be reached where steps
+// are the motion's and not a search.
+static void round_forces(nmm_sim *sim, double h) {
     const double reach = sim->settings.is_static ? 0 : sim->allowed_now;
-    nmm_balance_round(balance, &sim->system, &sim->model, &sim->state, h, reach);
-    return nmm_balance_worst(balance, &sim->system, &sim->model, sim->settings.tolerance);
+    nmm_balance_round(&sim->balance, &sim->system, &sim->model, &sim->state, h, reach);
+}
+
+// What is left of the forces over what is allowed.
+static double worst_balance(nmm_sim *sim, double h) {
+    round_forces(sim, h);
+    return nmm_balance_worst(&sim->balance, &sim->system, &sim->model, sim->settings.tolerance);
 }
 
 // Weights of the blocks, for all passes of a try.
@@ -273,11 +278,21 @@ static double largest_move(const nmm_sim *sim) {
 
 // --- When is it settled?
 
+// What rounding leaves changes little from pass to pass: where it is next to nothing beside what is
+// allowed it is looked at now and then.
+static void round_balance(nmm_sim *sim, passes *p, double h) {
+    if (p->n > 1 && p->n % NMM_ROUND_AGAIN != 0 && !p->clouded) return;
+    round_forces(sim, h);
+    p->clouded = nmm_balance_clouded(&sim->balance, NMM_ROUNDED * sim->settings.tolerance, 1);
+}
+
 // Do forces balance, eq. (4.5)? What a first pass leaves points along the motion, step by step, and
 // adds up in the ledger.
 static bool balanced(nmm_sim *sim, passes *p, double h) {
     const bool first = p->n == 1 && motion_goes_on(sim);
-    p->worst[p->n] = worst_balance(sim, h);
+    round_balance(sim, p, h);
+    p->worst[p->n] =
+        nmm_balance_worst(&sim->balance, &sim->system, &sim->model, sim->settings.tolerance);
     return p->worst[p->n] <= (first ? NMM_FIRST_PASS : 1);
 }
 
