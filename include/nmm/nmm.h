@@ -159,6 +159,9 @@ typedef struct nmm_summary {
     long dt_cuts, open_close_iterations;
     nmm_energy energy;
     nmm_ledger ledger;
+    long pressed;    ///< closed contacts of `contact.method: augmented`, summed over the steps;
+                     ///< in statics those of the last step
+    long not_raised; ///< of them those whose force the springs held alone, steps being too short
     double max_penetration;  ///< [m] over the whole run
     double max_support_give; ///< [m] largest distance of a held point from its prescribed place
     double cover_size;       ///< [m]

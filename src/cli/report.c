@@ -101,6 +101,14 @@ static void print_precision(const nmm_summary *s) {
                s->solves > 0 ? "the method has no single precision form" : "nothing was solved");
 }
 
+// Where augmented contact did nothing, or not all: the answer goes by the penalty there.
+static void print_carried(const nmm_summary *s) {
+    if (s->not_raised == 0) return;
+    printf("  augmented contact carried %s: in %ld of %ld closed contacts of all steps the step "
+           "(or the contact) was too short for it, and springs of the penalty alone act\n",
+           s->not_raised == s->pressed ? "nothing" : "only part", s->not_raised, s->pressed);
+}
+
 // Kinds of solves, where there is more to tell than the method's name.
 static void print_solves(const nmm_summary *s) {
     const struct {
@@ -152,6 +160,7 @@ void report_print(const run_report *report) {
     print_steps(s);
     printf("  worst penetration %.3g m; largest give of a support %.3g m\n", s->max_penetration,
            s->max_support_give);
+    print_carried(s);
     print_phases(s);
     print_energy(&s->energy);
     // Run files of before do not know.
@@ -275,6 +284,8 @@ void report_json(const run_report *report) {
     json_integer(&out, "open_close_iterations", s->open_close_iterations);
     json_energy(&out, &s->energy);
     json_ledger(&out, &s->ledger);
+    json_integer(&out, "pressed", s->pressed);
+    json_integer(&out, "not_raised", s->not_raised);
     json_number(&out, "max_penetration", s->max_penetration);
     json_number(&out, "max_support_give", s->max_support_give);
     json_number(&out, "cover_size", s->cover_size);

@@ -88,7 +88,13 @@ static void say_features(text *out, const nmm_sim *sim) {
     const nmm_costs *costs = &sim->costs;
     const bool contact = sim->search != NULL;
     const bool augmented = contact && set->contact_method == NMM_CONTACT_AUGMENTED;
-    char ties[64];
+    char ties[64], raised[128] = "contact.method augmented";
+    const double longest = nmm_system_carrying_step(&sim->system, model->n_cover);
+    if (augmented && !set->is_static)
+        snprintf(raised, sizeof raised,
+                 "contact.method augmented: forces are carried in steps of about %.2g s and more, "
+                 "shorter ones leave them to the penalty",
+                 longest);
     snprintf(ties, sizeof ties, "%d slivers are tied to their neighbours", model->n_tie);
     const feature list[] = {
         {"curved elements", model->order > 0, "covers.order above 0: strain varies within elements",
@@ -97,8 +103,7 @@ static void say_features(text *out, const nmm_sim *sim) {
         {"contact", contact, "boundaries can meet: several blocks, or a crack",
          "one block without a crack: no search, no contact memory", costs->contact_bytes,
          costs->contact_seconds},
-        {"augmentation", augmented, "contact.method augmented",
-         "contact.method penalty, or no contact", 0, 0},
+        {"augmentation", augmented, raised, "contact.method penalty, or no contact", 0, 0},
         {"bonds", has_bonds(model), "an interface has cohesion or tensile strength",
          "no interface has cohesion or tensile strength", 0, 0},
         {"point supports", model->n_support > 0, "springs with carried forces",

@@ -208,6 +208,18 @@ static void report_supports(nmm_sim *sim) {
     sim->summary.max_support_give = nmm_max(sim->summary.max_support_give, sqrt(most));
 }
 
+// Augmented contact: whose forces were carried, and whose the springs alone had to hold.
+// In statics the last step counts: those before are a way to it.
+static void count_raised(nmm_sim *sim) {
+    if (sim->settings.is_static) sim->summary.pressed = sim->summary.not_raised = 0;
+    for (int k = 0; k < sim->state.n_contact; k++) {
+        const nmm_contact *contact = &sim->state.contact[k];
+        if (contact->mode == NMM_CONTACT_OPEN) continue;
+        sim->summary.pressed += 1;
+        sim->summary.not_raised += contact->hasty;
+    }
+}
+
 static void report_contacts(nmm_sim *sim) {
     nmm_step_report *report = &sim->report;
     report->contacts = sim->state.n_contact;
@@ -219,6 +231,7 @@ static void report_contacts(nmm_sim *sim) {
         report->closed += 1;
         report->penetration = nmm_max(report->penetration, -contact->gap);
     }
+    if (sim->settings.contact_method == NMM_CONTACT_AUGMENTED) count_raised(sim);
     sim->summary.max_penetration = nmm_max(sim->summary.max_penetration, report->penetration);
 }
 

@@ -73,6 +73,16 @@ nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nm
     return NMM_OK;
 }
 
+double nmm_system_carrying_step(const nmm_system *system, int n_cover) {
+    double longest = 0;
+    for (int c = 0; c < n_cover && system->cover_give != NULL; c++) {
+        if (system->fixed != NULL && system->fixed[c] == 3) continue;
+        const double *give = system->cover_give + 2 * (long)c;
+        longest = nmm_max(longest, 2 * give[1] / (SLOW * give[0]));
+    }
+    return sqrt(longest);
+}
+
 // How far a place gives under a unit force, cover by cover, if only elasticity or only inertia
 // resists [m/N]; held covers do not.
 typedef struct give {

@@ -227,6 +227,8 @@ typedef enum nmm_couples_change {
 /// penalty. `rests`: statics, where springs may take a way back that cost nothing. Returns whether
 /// some have more than the least stiffness.
 nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model);
+/// The length of a step from which on forces are carried at every cover that is not held [s].
+double nmm_system_carrying_step(const nmm_system *system, int n_cover);
 bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
                         double h, bool gentle, bool rests);
 

@@ -143,6 +143,23 @@ class Warnings(Case):
         result = json.loads(done.stdout)
         self.assertLess(result["max_support_give"], 1e-4 * result["cover_size"])
 
+    def test_augmented_in_short_steps(self):
+        scene = SLIDING + "contact: {method: augmented}\n"
+        done = self.nmm("check", "scene.yaml", scene=scene)
+        self.assertRegex(done.stdout, r"forces are carried in steps of about [0-9.e-]+ s and more")
+        words = "augmented contact carried nothing: in ([0-9]+) of \\1 closed contacts"
+        short = ["--set", "time.dt=1e-6", "--set", "time.end=1e-5"]
+        done = self.nmm("run", "scene.yaml", *short)
+        self.assertRegex(done.stdout, words)
+        self.assertRegex(self.nmm("info", "scene.vtkhdf").stdout, words)
+        told = json.loads(self.nmm("info", "scene.vtkhdf", "--json").stdout)
+        self.assertEqual(told["pressed"], told["not_raised"])
+        self.assertGreater(told["pressed"], 0)
+        done = self.nmm("run", "scene.yaml", "--json", "--set", "analysis.kind=static", "--set", "gravity=[0, -9]")
+        told = json.loads(done.stdout)
+        self.assertEqual(told["not_raised"], 0)
+        self.assertGreater(told["pressed"], 0)
+
     def test_ledger_that_does_not_close(self):
         longer, loose = ["--set", "time.end=0.05"], ["--set", "analysis.tolerance=0.1"]
         done = self.nmm("run", "scene.yaml", "--json", *longer, *loose, scene=SLIDING)
