@@ -11,7 +11,8 @@ asked that the status is one of the contract and a cause is told, that all numbe
 the ledger closes, and that no energy comes from nowhere: where the program says so itself the scene
 is counted as told, where it is silent as failed. Then everything is listed in another
 order, the scene is mirrored, turned, shifted to map coordinates, scaled by 1024 and by 1000: all
-monitors must move as the scene does.
+monitors must move as the scene does. And its blocks fall freely and are squeezed, which has an answer of its
+own (absolute.py).
 
 Where they do not, the scene is sheared by 1e-12 to 1e-9, both ways: one that answers with a
 difference as large decides something at a rounding, and is counted as sensitive, which is no
@@ -35,6 +36,7 @@ import time
 
 import numpy
 
+from absolute import absolutes
 from copies import NUDGES, back, in_shorter_steps, nudged, size_of, variants
 from scene import Fault, Late, area_of, distance, material, numbers_of, run, square, text_of, way_of
 
@@ -316,6 +318,8 @@ class Findings(list):
             return
         self.look_for_gain(result)
         self.extend(("told", f"{words}: {result['ledger']['warning']}") for words in result.told)
+        for name, other, judge in absolutes(scene):
+            self.look_at_absolute(name, other, judge)
         copies = 6 if result["wall_seconds"] < LONG else 1
         for name, other in itertools.islice(variants(scene), copies):
             self.look_for_difference(result, name, other)
@@ -331,6 +335,13 @@ class Findings(list):
         except Fault as fault:
             self.append(("failed", f"{name}: {fault}"))
         return None
+
+    def look_at_absolute(self, name, scene, judge):
+        """One whose answer is known."""
+        result = self.attempt(name, scene)
+        words = judge(scene, result) if result and result.completed else result and result.cause
+        if words:
+            self.append(("failed", f"{name}: {words}"))
 
     def floors_of(self, name):
         """Largest numbers of each kind that are no more than what rounding may make of them."""
