@@ -244,6 +244,9 @@ bool nmm_supports_raise(nmm_sim *sim, const nmm_step_state *step, bool alone);
 /// Do supports stand where they should at the time `end`, in the state as it is?
 bool nmm_supports_stand(nmm_sim *sim, double end);
 
+/// Which of them does so least, after the last look, in words.
+void nmm_supports_say(const nmm_sim *sim, char *text, size_t size);
+
 /// Youngs modulus over density, the square of a wave's speed, [m2/s2]: smallest and largest.
 void nmm_wave_squares(const nmm_model *model, double *slowest, double *fastest);
 
