@@ -86,26 +86,27 @@ static void measure_groups(nmm_sim *sim, double end) {
     }
 }
 
-static double share_held(const nmm_sim *sim) {
-    return sim->settings.is_static ? NMM_SUPPORT_SHARE : NMM_SUPPORT_SHARE_MOVING;
-}
-
-// Force that the distances of a group are compared with. Where no group bears anything, springs
-// hold what the balance leaves, one way in one round and another in the next.
+// Force that the distances of a group are compared with. In statics no less than makes the share
+// what the balance leaves: where no group bears anything springs hold that, one way in one round
+// and another in the next.
 static double force_of(const nmm_sim *sim, const nmm_support_group *group) {
     const double part = sim->raising.n_late < LATE ? LEAST_FORCE : LEAST_FORCE_LATE;
     const double least = part * sim->raising.largest[sim->balance.group[group->block]];
+    const double force = nmm_max(group->force, least);
+    if (!sim->settings.is_static) return force;
     const double left = nmm_balance_allowed(&sim->balance, group->block, sim->settings.tolerance);
-    return nmm_max(nmm_max(group->force, least), left / share_held(sim));
+    return nmm_max(force, left / NMM_SUPPORT_SHARE);
 }
 
 // The mean distance, next to the scene and to what the springs would give under the whole force,
 // over what it may be.
 static double excess_of(const nmm_sim *sim, const nmm_support_group *group) {
     const double error = larger(group->error), height = sim->model.height;
-    if (error <= 1e-14 * height) return 0;
     const double of_place = error / (0.1 * sim->settings.tolerance * height);
-    const double of_force = group->stiffness * error / (share_held(sim) * force_of(sim, group));
+    if (error <= 1e-14 * height) return of_place;
+    const bool rests = sim->settings.is_static;
+    const double share = rests ? NMM_SUPPORT_SHARE : NMM_SUPPORT_SHARE_MOVING;
+    const double of_force = group->stiffness * error / (share * force_of(sim, group));
     return nmm_max(of_place, of_force);
 }
 
