@@ -62,6 +62,11 @@ def mirrored(scene):
                   lambda s: [s[0], s[1], -s[2]], turn=-1)
 
 
+def upside_down(scene):
+    return mapped(scene, lambda p: [p[0], -p[1]], lambda v: [v[0], -v[1]],
+                  lambda s: [s[0], s[1], -s[2]], turn=-1)
+
+
 def scaled(scene, s):
     """Lengths and times by s: stresses and velocities stay, forces of a slice grow by s."""
     scene = mapped(scene, lambda p: [s * p[0], s * p[1]], same)
@@ -133,6 +138,8 @@ def back(kind, values, name):
         rule = (lambda s: [s[1], s[0], -s[2]]) if kind == "stress" else (lambda v: [v[1], -v[0]])
     elif name == "mirrored":
         rule = (lambda s: [s[0], s[1], -s[2]]) if kind == "stress" else (lambda v: [-v[0], v[1]])
+    elif name == "upside down":
+        rule = (lambda s: [s[0], s[1], -s[2]]) if kind == "stress" else (lambda v: [v[0], -v[1]])
     elif name.startswith("scaled") and kind == "displacement":
         rule = lambda v: [x / size_of(name) for x in v]
     else:
@@ -142,13 +149,14 @@ def back(kind, values, name):
 
 
 def variants(scene):
-    """Name and scene of each way to say it. A lattice has directions of its own: half a turn and a
-    mirror keep it."""
+    """Name and scene of each way to say it. A lattice has directions of its own: half a turn and
+    mirrors keep it, wherever it begins one of them at least."""
     yield "renumbered", renumbered(scene)
     yield "mirrored", mirrored(scene)
     if "mesh" in scene["covers"]:
         yield "turned", turned(scene)
     else:
+        yield "upside down", upside_down(scene)
         yield "turned round", turned_round(scene)
     yield "shifted", shifted(scene)
     yield "scaled 1024", scaled(scene, 1024.0)
