@@ -161,14 +161,14 @@ static void test_choice(void **unused) {
     const int row = 3 * 50, n = sim->model.n_cover;
     // Nothing to do, all to do, something that is no number.
     set_residual(sim, 0, row, 0);
-    assert_false(nmm_nearby_choose(nearby, &sim->system, 1, 1e-3));
+    assert_false(nmm_nearby_choose(nearby, &sim->system, 1, 0, 1e-3));
     set_residual(sim, 1, row, 1);
-    assert_false(nmm_nearby_choose(nearby, &sim->system, 1, 1e-3));
+    assert_false(nmm_nearby_choose(nearby, &sim->system, 1, 0, 1e-3));
     set_residual(sim, 0, row, NAN);
-    assert_false(nmm_nearby_choose(nearby, &sim->system, 1, 1e-3));
+    assert_false(nmm_nearby_choose(nearby, &sim->system, 1, 0, 1e-3));
     // One row, the others together below what may be left: five rings on both sides.
     set_residual(sim, 1e-3, row, 100);
-    assert_true(nmm_nearby_choose(nearby, &sim->system, 1, 1e-3));
+    assert_true(nmm_nearby_choose(nearby, &sim->system, 1, 0, 1e-3));
     assert_true(nearby->place[row] >= 0 && nearby->n_row >= 30 && nearby->n_row <= 36);
     for (int i = 1; i < nearby->n_row; i++)
         assert_true(nearby->row[i] > nearby->row[i - 1]);
@@ -177,8 +177,8 @@ static void test_choice(void **unused) {
     // What is held has no row.
     assert_true(nearby->place[0] < 0);
     // The others are more than may be left; a step so long that everything is near.
-    assert_false(nmm_nearby_choose(nearby, &sim->system, 1e-4, 1e-3));
-    assert_false(nmm_nearby_choose(nearby, &sim->system, 1, 1));
+    assert_false(nmm_nearby_choose(nearby, &sim->system, 1e-4, 0, 1e-3));
+    assert_false(nmm_nearby_choose(nearby, &sim->system, 1, 0, 1));
     nmm_sim_destroy(sim);
 }
 
