@@ -64,22 +64,37 @@ static void take_off_rows(tile t, int n_row, const double *corner) {
 
 // --- Pivots
 
-// Cholesky's method on the triangle of n columns at `corner`; false where a pivot is not positive,
-// *broken is then its column. The diagonal takes inverses.
-static bool factorise_corner(double *corner, long stride, int n, int *broken) {
+// Cholesky's method on the triangle of n columns at `corner`, 2 or 4, which stays in registers;
+// false where a pivot is not positive, *broken is then its column. The diagonal takes inverses.
+static inline __attribute__((always_inline)) bool factorise_corner(double *corner, long stride,
+                                                                   const int n, int *broken) {
+    double c[4][4];
+    UNROLL
+    for (int j = 0; j < n; j++)
+        UNROLL
+    for (int i = j; i < n; i++)
+        c[j][i] = corner[j * stride + i];
+    UNROLL
     for (int j = 0; j < n; j++) {
-        double *column = corner + j * stride;
+        UNROLL
         for (int k = 0; k < j; k++)
-            for (int i = j; i < n; i++)
-                column[i] -= corner[k * stride + i] * corner[k * stride + j];
-        const double inverse = 1 / sqrt(column[j]);
+            UNROLL
+        for (int i = j; i < n; i++)
+            c[j][i] -= c[k][i] * c[k][j];
+        const double inverse = 1 / sqrt(c[j][j]);
         *broken = j;
         // Not for zero, for what is negative, nor for what is no number.
         if (!(inverse > 0 && inverse <= 1.7976931348623157e308)) return false;
-        column[j] = inverse;
+        c[j][j] = inverse;
+        UNROLL
         for (int i = j + 1; i < n; i++)
-            column[i] *= inverse;
+            c[j][i] *= inverse;
     }
+    UNROLL
+    for (int j = 0; j < n; j++)
+        UNROLL
+    for (int i = j; i < n; i++)
+        corner[j * stride + i] = c[j][i];
     return true;
 }
 
@@ -289,17 +304,20 @@ static void add_child(const assembly *a, const nmm_front *child, const double *l
         const long stride = pivot ? front->stride : front->padded;
         const int above = pivot ? 0 : front->n_pivot;
         double *to = (pivot ? a->panel : a->rest) + 2 * (place[j] - above) * stride - 2 * above;
-        const double *column = left + 2 * (long)j * child->padded;
+        double *to_next = to + stride;
+        const double *column = left + 2 * (long)j * child->padded, *next = column + child->padded;
         if (n < FEW_ROWS) {
             for (int i = j; i < n; i++) {
-                add_pair(to + 2 * place[i], column + 2 * i);
-                add_pair(to + stride + 2 * place[i], column + child->padded + 2 * i);
+                const long at = 2L * place[i];
+                add_pair(to + at, column + 2L * i);
+                add_pair(to_next + at, next + 2L * i);
             }
             continue;
         }
         for (int i = j; i < n; i += run[i]) {
-            add_numbers(to + 2 * place[i], column + 2 * i, 2 * run[i]);
-            add_numbers(to + stride + 2 * place[i], column + child->padded + 2 * i, 2 * run[i]);
+            const long at = 2L * place[i];
+            add_numbers(to + at, column + 2L * i, 2 * run[i]);
+            add_numbers(to_next + at, next + 2L * i, 2 * run[i]);
         }
     }
 }

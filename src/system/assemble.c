@@ -146,19 +146,27 @@ static bool slides(unsigned char mode) {
     return mode == NMM_SPRING_SLIDE || mode == NMM_SPRING_SLIDE_BACK;
 }
 
+// Derivatives of a contact in the order of its couple, whose first element may be the edge's.
+static inline void order_row(const nmm_contact_row *row, bool swapped, int m, double *spring) {
+    const size_t half = 2 * (size_t)m * sizeof(double);
+    const int first = swapped ? m : 0;
+    memcpy(spring, row->normal[first], half);
+    memcpy(spring + 2 * m, row->normal[m - first], half);
+    memcpy(spring + 4 * m, row->shear[first], half);
+    memcpy(spring + 6 * m, row->shear[m - first], half);
+}
+
 // The spring at place p of the couples' order, of couple q. Held unknowns do not feel it.
 static void make_spring(nmm_system *system, const nmm_model *model, const nmm_state *state, int q,
                         int p) {
-    const int m = model->n_local;
+    const int m = model->n_local, order = system->couples.order[p];
     double *spring = spring_of(system, p, m);
-    const int k = system->couples.order[p] / 2, swapped = m * (system->couples.order[p] % 2);
-    const nmm_contact *contact = &state->contact[k];
+    const nmm_contact *contact = &state->contact[order / 2];
     const nmm_contact_row row = nmm_contact_row_of(model, state, contact);
-    const size_t half = 2 * (size_t)m * sizeof(double);
-    memcpy(spring, row.normal[swapped], half);
-    memcpy(spring + 2 * m, row.normal[m - swapped], half);
-    memcpy(spring + 4 * m, row.shear[swapped], half);
-    memcpy(spring + 6 * m, row.shear[m - swapped], half);
+    if (m == 3)
+        order_row(&row, order % 2 == 1, 3, spring);
+    else
+        order_row(&row, order % 2 == 1, m, spring);
     spring[8 * m] = contact->normal_stiffness;
     spring[8 * m + 1] = holds_shear(system->spring_mode[p]) ? contact->shear_stiffness : 0;
     if (system->fixed == NULL) return;
