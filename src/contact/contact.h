@@ -95,6 +95,11 @@ double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model
 double nmm_contact_rounding(const nmm_contact_search *search, const nmm_model *model,
                             const nmm_state *state);
 
+/// The springs of a closed contact became stiffer: they give way by less, and hold its forces.
+/// `gap` is that of now.
+void nmm_contact_keep(const nmm_model *model, const nmm_state *state, nmm_contact *contact,
+                      double gap);
+
 /// Augmented contact: carried forces of closed contacts become what acts; their springs are made
 /// `stiffer` by a factor, until the next step.
 void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double stiffer);
@@ -112,6 +117,12 @@ double nmm_contact_stored(const nmm_contact_search *search, nmm_state *state);
 /// began with it, `moved` the way of the covers. -1: none gained.
 int nmm_contact_gainer(const nmm_contact_search *search, const nmm_model *model,
                        const nmm_state *state, const nmm_contact *start, const double *moved);
+
+/// Augmented contact: what all contacts store at the end of a try and lost in it, less twice what
+/// those stored at its start that springs held alone before, and carried forces push out now [J]:
+/// at rest that takes no more. Minus infinity: there are none.
+double nmm_contact_pushed(const nmm_contact_search *search, const nmm_state *state,
+                          const nmm_contact *start);
 
 /// "contact of block 3 'slider' with block 0 at (1.2, 3.4)" into text[size].
 void nmm_contact_describe(const nmm_model *model, const nmm_state *state, int contact, char *text,

@@ -86,10 +86,14 @@
 /// Part of what may be left in the end that a later pass may leave aside in any case.
 #define NMM_LEFT_ALLOWED 0.5
 
+/// Part of the forces allowed to be left that rounding may be, not to be looked at in each pass.
+#define NMM_ROUNDED 0.1
+
 /// Limits of one step.
 enum {
     NMM_NEAR_ROWS = 300, // rows from which on solves may be for part of them
     NMM_MAX_PASS = 40,   // open-close passes of one try
+    NMM_ROUND_AGAIN = 4, // passes after which rounding is looked at again
     NMM_MAX_LOOK = 8,    // looks along one correction
     NMM_MAX_RAISE = 30,  // times carried forces are raised in one try
 };
@@ -194,6 +198,7 @@ struct nmm_sim {
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
     nmm_contact *start_contact;
+    nmm_overlaps spring_overlaps; // what becomes of them in this try
     bool gentle; // springs of augmented contacts have the least stiffness in this try
     bool stiff;  // some had more in the last one
     int start_capacity;
@@ -297,6 +302,9 @@ void nmm_watch_step(nmm_sim *sim, const nmm_losses *losses);
 
 /// What passed its limit, in words, into summary.ledger.
 void nmm_watch_tell(nmm_sim *sim);
+
+/// What the scheme loses in the bodies in this try [J]: the first bracket of eq. (4.10).
+double nmm_ledger_lost_in_bodies(const nmm_sim *sim);
 
 /// Energies that an element stores in the state as it is, strain [J].
 double nmm_ledger_strain(const nmm_sim *sim, int element);

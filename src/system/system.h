@@ -37,10 +37,20 @@ typedef struct nmm_couples {
     int *cover_couple;  // [2 n_local * n] 2 n_local * couple + place of the cover in it, by cover
 } nmm_couples;
 
+/// Mode of a contact and which way it slides. Caught: it was to slide one way and slid the other.
+typedef enum nmm_spring_mode {
+    NMM_SPRING_OPEN = NMM_CONTACT_OPEN,
+    NMM_SPRING_SLIDE = NMM_CONTACT_SLIDE,
+    NMM_SPRING_STICK = NMM_CONTACT_STICK,
+    NMM_SPRING_SLIDE_BACK,
+    NMM_SPRING_CAUGHT,
+} nmm_spring_mode;
+
 /// Pattern, matrix and vectors of the run; owned by the simulation.
 typedef struct nmm_system {
     nmm_bsr K;
     double *residual;  // [n_cover][2] N
+    double *caught;    // [n_cover][2] N: of nmm_system_catch; NULL: no contact so far
     double *change;    // [n_cover][2] m: solution of a pass
     bool keep_pattern; // the pattern is that of the last call of nmm_system_pattern
 
@@ -85,7 +95,7 @@ typedef struct nmm_system {
     double *acceleration;  // [n_cover][2] m/s2, damping included
     double *load;          // [n_cover][2] N
     double *support_force; // [n_support][2] N
-    unsigned char *mode;   // [n_contact] nmm_contact_mode
+    unsigned char *mode;   // [n_contact] nmm_spring_mode that is asked for
     double *pull;          // [n_contact][3][2] N on the vertex and on the ends of the edge
     double *edge_force;    // [n_vertex][2][2] N, contact forces on the ends of a loop edge; NULL:
     double *contact_force; // [n_cover][2] N       no contact so far
@@ -99,7 +109,7 @@ typedef struct nmm_system {
     // displacements of the couple's covers, then the normal and shear stiffness that act, sliding:
     // no shear.
     double *spring;             // [n_contact][nmm_spring_size]
-    unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
+    unsigned char *spring_mode; // [n_contact] nmm_spring_mode that the spring was made for
     const double *weight;       // [n_block] of rows and columns of K; NULL: none
     bool made;                  // K was made for the contacts as they are listed
     bool pressed; // the next K made anew counts contacts that only just touch as closed
@@ -184,6 +194,10 @@ bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const n
 nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
                              const nmm_state *state, const int *place);
 
+/// Are there springs of caught contacts in K? Then system->caught is the residual with the forces
+/// that these would have if they stuck: what a solve for it moves is exact where they do.
+bool nmm_system_catch(nmm_system *system, const nmm_model *model, const nmm_state *state);
+
 /// Entry of base_col for column `col` of row c, which has it.
 int nmm_system_entry(const nmm_system *system, int c, int col);
 
@@ -208,13 +222,19 @@ typedef enum nmm_couples_change {
     NMM_COUPLES_CHANGED,
 } nmm_couples_change;
 
+/// What becomes of the overlaps that springs of short steps had when carried forces follow.
+typedef enum nmm_overlaps {
+    NMM_OVERLAPS_AT_REST, // statics: they are pushed out, and slip may be taken back for nothing
+    NMM_OVERLAPS_GO,      // they are pushed out
+    NMM_OVERLAPS_STAY,    // as the place where the contact rests
+} nmm_overlaps;
+
 /// Augmented contact: stiffness of the covers, and the least stiffness of contact springs in a step
 /// of length h. `gentle`: springs whose forces are carried have no more than that, whatever the
-/// penalty. `rests`: statics, where springs may take a way back that cost nothing. Returns whether
-/// some have more than the least stiffness.
+/// penalty. Returns whether some have more than the least stiffness.
 nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model);
 bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
-                        double h, bool gentle, bool rests);
+                        double h, bool gentle, nmm_overlaps overlaps);
 
 /// The inside of nmm_system_pattern: contacts by couple, by vertex and by edge.
 nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const nmm_model *model);
