@@ -173,9 +173,14 @@ double nmm_sum_product(int n, const double *x, const double *y, int n_thread) {
         double part[GROUP];
         const long first = group * GROUP, n_chunk = (n - 1) / NMM_CHUNK + 1 - first;
         const int n_part = n_chunk < GROUP ? (int)n_chunk : GROUP;
-#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_part > 8)
-        for (int p = 0; p < n_part; p += CHUNKS)
-            sum_chunks(n, x, y, first + p, part + p);
+        if (n_thread > 1 && n_part > 8) {
+#pragma omp parallel for num_threads(n_thread) schedule(static)
+            for (int p = 0; p < n_part; p += CHUNKS)
+                sum_chunks(n, x, y, first + p, part + p);
+        } else {
+            for (int p = 0; p < n_part; p += CHUNKS)
+                sum_chunks(n, x, y, first + p, part + p);
+        }
         for (int p = 0; p < n_part; p++)
             total += part[p];
     }

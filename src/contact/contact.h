@@ -95,6 +95,11 @@ double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model
 double nmm_contact_rounding(const nmm_contact_search *search, const nmm_model *model,
                             const nmm_state *state);
 
+/// The springs of a closed contact became stiffer: they give way by less, and hold its forces.
+/// `gap` is that of now.
+void nmm_contact_keep(const nmm_model *model, const nmm_state *state, nmm_contact *contact,
+                      double gap);
+
 /// Augmented contact: carried forces of closed contacts become what acts; their springs are made
 /// `stiffer` by a factor, until the next step.
 void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double stiffer);

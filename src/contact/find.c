@@ -100,9 +100,6 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_release(context, search);
 }
 
-// A corner counts at once for more than this many times what its sides shared.
-#define MUCH_LONGER 2.0
-
 // --- A new contact
 
 // Of two joints at a corner the one that holds less, whichever is listed first; -1: none.
@@ -159,23 +156,8 @@ static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model
 
 // --- History
 
-// What sides share gives way to the length of a corner, which is no length of theirs: at a crossing
-// two sides may share a rounding until a corner gets past the other one.
-static bool becomes_corner(const nmm_raw *raw, double ratio) {
-    return raw->corner_length > 0 && ratio > MUCH_LONGER;
-}
-
-// The springs are stiffer by the ratio, the forces are not: else they would do work that nothing
-// has put into them.
-static void keep_forces(nmm_contact *c, double ratio, double gap, double edge_length) {
-    if (gap < c->rest) c->rest = gap - (gap - c->rest) / ratio;
-    c->anchor += (c->slip - c->slip / ratio) / edge_length;
-    c->slip /= ratio;
-}
-
 // Take over what `old` knew. Forces per length are kept; the slip too, so the anchor moves along.
-static void inherit(const nmm_contact_search *search, nmm_contact *c, const nmm_raw *raw,
-                    const nmm_contact *old) {
+static void inherit(const nmm_contact_search *search, nmm_contact *c, const nmm_contact *old) {
     const bool same = old->vertex == c->vertex && old->edge == c->edge;
     nmm_contact next = *old;
     next.vertex = c->vertex;
@@ -189,14 +171,10 @@ static void inherit(const nmm_contact_search *search, nmm_contact *c, const nmm_
         next.anchor = c->anchor - old->slip / search->line[c->edge].length;
         next.interface = c->interface;
     }
-    if (becomes_corner(raw, ratio)) {
-        keep_forces(&next, ratio, c->gap, search->line[c->edge].length);
-    } else {
-        next.carried_normal *= ratio;
-        next.carried_shear *= ratio;
-        next.normal_force *= ratio;
-        next.shear_force *= ratio;
-    }
+    next.carried_normal *= ratio;
+    next.carried_shear *= ratio;
+    next.normal_force *= ratio;
+    next.shear_force *= ratio;
     *c = next;
 }
 
@@ -251,7 +229,7 @@ static nmm_contact with_history(const nmm_contact_search *search, const nmm_mode
                                 const nmm_raw *raw, const nmm_contact *old) {
     nmm_contact c = new_contact(search, model, raw);
     if (old != NULL)
-        inherit(search, &c, raw, old);
+        inherit(search, &c, old);
     else
         c.rest = nmm_min(0, c.gap);
     set_springs(search, model, &c);
@@ -314,6 +292,11 @@ static int count_bonded(const nmm_state *state) {
     return n;
 }
 
+static bool is_longer(const nmm_contact *c, const nmm_contact *before) {
+    if (before == NULL || before->mode == NMM_CONTACT_OPEN) return false;
+    return c->spring_length > NMM_LONGER * before->spring_length;
+}
+
 static int order_of(const nmm_contact *old, const nmm_raw *raw) {
     if (old->vertex != raw->vertex) return old->vertex < raw->vertex ? -1 : 1;
     return (old->edge > raw->edge) - (old->edge < raw->edge);
@@ -323,6 +306,7 @@ static int order_of(const nmm_contact *old, const nmm_raw *raw) {
 static int make_list(nmm_contact_search *search, const nmm_narrowing *now, bool begins, int n_raw) {
     const nmm_state *state = now->state;
     int n = 0, old = 0;
+    search->grows = false;
     for (int i = 0; i < n_raw || old < state->n_contact;) {
         const int order = old >= state->n_contact ? 1
                           : i >= n_raw            ? -1
@@ -338,6 +322,7 @@ static int make_list(nmm_contact_search *search, const nmm_narrowing *now, bool 
         // A bond at the same place, kept under its own name, stands for this one.
         if (before != NULL && before->bonded && order != 0) continue;
         search->next[n] = with_history(search, now->model, raw, before);
+        search->grows |= is_longer(&search->next[n], before);
         if (begins) begin_contact(now->model, state, raw, &search->next[n]);
         n += 1;
     }
@@ -381,7 +366,7 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
     state->contact = list;
     state->contact_capacity = capacity;
     search->started = true;
-    return NMM_OK;
+    return search->grows ? nmm_contact_keep_sides(context, search, model, state) : NMM_OK;
 }
 
 void nmm_contact_describe(const nmm_model *model, const nmm_state *state, int contact, char *text,

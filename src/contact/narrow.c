@@ -210,15 +210,26 @@ static bool may_lengthen(const nmm_contact_search *search, const nmm_raw *raw) {
     return a != b && !(search->joint_side[a] && search->joint_side[b]);
 }
 
-static nmm_side_pair *find_side_pair(nmm_contact_search *search, int size, const nmm_raw *raw) {
-    const int x = search->side[raw->facing], y = search->side[raw->edge];
+nmm_status nmm_side_table(nmm_context *context, nmm_contact_search *search, int n, int *size) {
+    for (*size = 16; *size < 2 * n;)
+        *size *= 2;
+    TRY(nmm_grow(context, &search->table, &search->table_capacity, *size, sizeof(nmm_side_pair)));
+    memset(search->table, 0, (size_t)*size * sizeof(nmm_side_pair));
+    return NMM_OK;
+}
+
+nmm_side_pair *nmm_side_pair_of(nmm_contact_search *search, int size, int x, int y) {
     const int a = nmm_min_int(x, y), b = nmm_max_int(x, y);
     uint32_t at = (uint32_t)a * 2654435761u ^ (uint32_t)b * 2246822519u;
     for (at = (at ^ at >> 15) & (uint32_t)(size - 1);; at = (at + 1) & (uint32_t)(size - 1)) {
         nmm_side_pair *entry = &search->table[at];
-        if (entry->a == entry->b) *entry = (nmm_side_pair){a, b, 0};
+        if (entry->a == entry->b) *entry = (nmm_side_pair){.a = a, .b = b};
         if (entry->a == a && entry->b == b) return entry;
     }
+}
+
+static nmm_side_pair *find_side_pair(nmm_contact_search *search, int size, const nmm_raw *raw) {
+    return nmm_side_pair_of(search, size, search->side[raw->facing], search->side[raw->edge]);
 }
 
 // The springs between two sides that face each other count for at least the length of a corner:
@@ -226,11 +237,8 @@ static nmm_side_pair *find_side_pair(nmm_contact_search *search, int size, const
 // slide further together. Strength goes by the true length.
 static nmm_status lengthen_short_sides(nmm_context *context, nmm_contact_search *search,
                                        const nmm_model *model, int n_raw) {
-    int size = 16;
-    while (size < 2 * n_raw)
-        size *= 2;
-    TRY(nmm_grow(context, &search->table, &search->table_capacity, size, sizeof(nmm_side_pair)));
-    memset(search->table, 0, (size_t)size * sizeof(nmm_side_pair));
+    int size = 0;
+    TRY(nmm_side_table(context, search, n_raw, &size));
     for (int k = 0; k < n_raw; k++) {
         const nmm_raw *raw = &search->sorted[k];
         if (may_lengthen(search, raw)) find_side_pair(search, size, raw)->length += raw->shared;

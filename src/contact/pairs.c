@@ -30,9 +30,10 @@ static int cell_of(double x, double size) {
     return cell > 1e9 ? 1000000000 : cell < -1e9 ? -1000000000 : (int)cell;
 }
 
+// Cells that follow each other in x have buckets that do: what is near is met together.
 static int bucket_of(int ix, int iy, int n_bucket) {
-    const uint32_t hash = (uint32_t)ix * 2654435761u ^ (uint32_t)iy * 2246822519u;
-    return (int)((hash ^ hash >> 15) & (uint32_t)(n_bucket - 1));
+    const uint32_t hash = (uint32_t)ix + (uint32_t)iy * 2654435761u;
+    return (int)(hash & (uint32_t)(n_bucket - 1));
 }
 
 // --- Grid

@@ -21,6 +21,9 @@
 /// Sines of angles between edges: blend from edge-edge to corner.
 #define NMM_PARALLEL 0.026 // 1.5 degrees
 #define NMM_SLANTED 0.078  // 4.5 degrees
+/// Length over that of the last list from which on it makes much more of a force. Less comes and
+/// goes with elastic slip: rest would follow each time, and never come back.
+#define NMM_LONGER 1.01
 /// Cosine of the angle up to which history passes from one edge to another.
 #define NMM_IN_LINE 0.5 // 60 degrees
 
@@ -86,6 +89,7 @@ typedef struct nmm_narrowing {
 typedef struct nmm_side_pair {
     int a, b; // first edges, a < b; both 0: free entry
     double length;
+    double last; // [m] the same in the last list
 } nmm_side_pair;
 
 /// An entry of the grid: an edge in one of the cells that its box touches.
@@ -98,6 +102,7 @@ enum { NMM_PAIR_CHUNK = 512 };
 struct nmm_contact_search {
     nmm_contact_options options;
     bool started;     // the first find is done
+    bool grows;       // a pressed contact of the list stands for more than in the last one
     int *side;        // [n_vertex] straight side of an edge: its first edge
     bool *joint_side; // [n_vertex] of a side: a joint made some of it
     nmm_vec2 middle;  // of the area of all blocks, at the start
@@ -169,5 +174,15 @@ static inline const nmm_contact *nmm_contact_lookup(const nmm_last_list *last, i
 
 /// Elastic energy of a contact as it is [J].
 double nmm_contact_stored_in(const nmm_contact_search *search, const nmm_contact *c);
+
+/// Room for the pairs of sides of n contacts, all free; *size is how many entries there are.
+nmm_status nmm_side_table(nmm_context *context, nmm_contact_search *search, int n, int *size);
+
+/// The entry of two sides.
+nmm_side_pair *nmm_side_pair_of(nmm_contact_search *search, int size, int x, int y);
+
+/// After the list: forces between two sides that share more than in the last list stay as they are.
+nmm_status nmm_contact_keep_sides(nmm_context *context, nmm_contact_search *search,
+                                  const nmm_model *model, nmm_state *state);
 
 #endif

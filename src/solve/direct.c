@@ -39,11 +39,6 @@
 // Solves without a try of the old factor, at most, after failures.
 #define LONGEST_PAUSE 8
 
-// Threads share a loop over n unknowns where these are many.
-#define MANY 8000
-#define SHARED_LOOP                                                                                \
-    _Pragma("omp parallel for num_threads(s->n_thread) schedule(static) if (n > MANY)")
-
 // Part of the limit at which the recursion stops, so that the true residual passes as well.
 #define RECURSION_MARGIN 0.9
 
@@ -187,12 +182,10 @@ static double true_norm(const nmm_solver *s) {
     const int n = 2 * s->n_row;
     if (is_zero(n, s->wide.u)) {
         memcpy(r, f, (size_t)n * sizeof *r);
-        return sqrt(dot(s, r, r));
+        return s->norm;
     }
     s->variant->multiply(s, s->wide.u, r);
-    SHARED_LOOP
-    for (int i = 0; i < n; i++)
-        r[i] = f[i] - r[i];
+    NMM_SHARED_LOOP(n, s->n_thread, r[i] = f[i] - r[i]);
     return sqrt(dot(s, s->wide.r, s->wide.r));
 }
 
@@ -205,18 +198,12 @@ static void step(const nmm_direct *d, nmm_solver *s, double *rho, double *norm) 
     nmm_factor_fastest()->apply(&d->factor, r, z);
     const double rho_new = dot(s, r, z);
     const double beta = *rho > 0 ? rho_new / *rho : 0;
-    SHARED_LOOP
-    for (int i = 0; i < n; i++)
-        p[i] = z[i] + (beta == 0 ? 0 : beta * p[i]);
+    NMM_SHARED_LOOP(n, s->n_thread, p[i] = z[i] + (beta == 0 ? 0 : beta * p[i]));
     s->variant->multiply(s, p, q);
     const double curvature = dot(s, p, q), alpha = rho_new / curvature;
     *rho = rho_new > 0 && curvature > 0 && 0 * alpha == 0 ? rho_new : -1;
     if (*rho < 0) return;
-    SHARED_LOOP
-    for (int i = 0; i < n; i++) {
-        u[i] += alpha * p[i];
-        r[i] -= alpha * q[i];
-    }
+    NMM_SHARED_LOOP(n, s->n_thread, u[i] += alpha * p[i]; r[i] -= alpha * q[i]);
     *norm = sqrt(dot(s, r, r));
 }
 
@@ -281,9 +268,7 @@ static void try_old_factor(nmm_direct *d, nmm_solver *s, const double *u, double
 // one product with K less than an iteration does.
 static void correct(nmm_solver *s, const double *u, double *norm, nmm_solve_report *report) {
     const int n = 2 * s->n_row;
-    SHARED_LOOP
-    for (int i = 0; i < n; i++)
-        s->wide.u[i] += s->wide.z[i];
+    NMM_SHARED_LOOP(n, s->n_thread, s->wide.u[i] += s->wide.z[i]);
     report->iterations++;
     *norm = true_norm(s);
     if (!(*norm <= s->guess_norm)) *norm = nmm_solver_first_norm(s, u, true_norm);
@@ -350,9 +335,15 @@ nmm_status nmm_direct_solve(nmm_context *context, nmm_solver *solver, const nmm_
     d->analysed = false;
     double norm = 0;
     TRY(run(context, solver, K, u, &norm, report));
+    // What was measured with all of K has shown that its numbers are finite.
+    const bool measured = report->setups + report->iterations > 0;
+    if ((report->end != NMM_SOLVE_CONVERGED || !measured) &&
+        !nmm_solver_check_numbers(solver, K, report)) {
+        return NMM_OK;
+    }
     nmm_solver_finish(solver, norm, u, report);
     // The analysis is for one thread in any case.
-    if (several && !d->analysed && report->setups + report->iterations > 0) {
+    if (several && !d->analysed && measured) {
         const double work =
             report->setups * d->factor_cost / d->iteration_cost + report->iterations;
         nmm_pace_note(&d->pace, solver->n_thread > 1, (int)work, nmm_clock() - began);

@@ -76,6 +76,7 @@ void nmm_factor_destroy(nmm_context *context, nmm_factor *factor) {
     nmm_release(context, &factor->part_state);
     nmm_release(context, &factor->top);
     nmm_release(context, &factor->team);
+    nmm_pool_release(context, &factor->pool);
     nmm_dissect_release(context, &factor->stage_room);
     nmm_order_release(context, &factor->room);
     *factor = (nmm_factor){0};

@@ -11,6 +11,7 @@
 #define NMM_FACTOR_H
 
 #include "order.h"
+#include "pool.h"
 #include "solve.h"
 #include "team.h"
 
@@ -35,7 +36,9 @@ typedef struct nmm_front {
     int part;           // of the factor, -1: threads share the front
     bool kept;          // what is left is for another thread: `rest` counts from the first stack
     long column;        // first number in factor->value
-    long rest[2]; // first number of what is left of the matrix, of a vector, in its stack of these
+    // First number of what is left of the matrix, of a vector, in its stack of these. Of a matrix
+    // that a part leaves for another one it is known once the front is made.
+    long rest[2];
 } nmm_front;
 
 /// Fronts first .. end - 1 are for one thread: whole subtrees, or one front above others.
@@ -52,11 +55,12 @@ typedef struct nmm_front_entry {
     int block, at; // in K; of its first number from the front's first column
 } nmm_front_entry;
 
-/// What is left of fronts until their parents take it: first what passes between threads, then a
-/// stack for each thread.
+/// What is left of fronts until their parents take it: first what threads share, `n_top` numbers of
+/// fronts that all of them make and then what passes from part to part; then a stack for each
+/// thread.
 typedef struct nmm_factor_stack {
     double *number;
-    long capacity, n_kept, n_own;
+    long capacity, n_top, n_kept, n_own;
 } nmm_factor_stack;
 
 typedef struct nmm_factor {
@@ -85,6 +89,7 @@ typedef struct nmm_factor {
     int *round_front, *round_start; // [n_top], [n_round + 1], behind `top`
     double time;                    // [ns] of making the numbers then
     nmm_factor_stack stack[2];      // for matrices, for vectors
+    nmm_pool pool;                  // places of matrices that pass from part to part
     double n_number;                // numbers of L that may differ from zero, without padding
     double work;                    // [ns] of making the numbers, by count of operations
     int *tree;                      // scratch of the analysis
@@ -130,6 +135,11 @@ const nmm_factor_kernels *nmm_factor_fastest(void);
 
 /// Nanoseconds to assemble a front of so many block rows and to eliminate its pivots, on one core.
 double nmm_front_work(int n_pivot, int n_row);
+
+/// Numbers that are left of a front: of the matrix, 0, or of a vector, 1.
+static inline long nmm_front_rest(const nmm_front *front, int kind) {
+    return kind == 0 ? (long)front->padded * front->padded : front->padded;
+}
 
 /// What each of `n_thread` threads does, and where on the stack. NMM_ERROR_MEMORY.
 nmm_status nmm_factor_share(nmm_context *context, nmm_factor *factor, int n_thread);

@@ -64,22 +64,37 @@ static void take_off_rows(tile t, int n_row, const double *corner) {
 
 // --- Pivots
 
-// Cholesky's method on the triangle of n columns at `corner`; false where a pivot is not positive,
-// *broken is then its column. The diagonal takes inverses.
-static bool factorise_corner(double *corner, long stride, int n, int *broken) {
+// Cholesky's method on the triangle of n columns at `corner`, 2 or 4, which stays in registers;
+// false where a pivot is not positive, *broken is then its column. The diagonal takes inverses.
+static inline __attribute__((always_inline)) bool factorise_corner(double *corner, long stride,
+                                                                   const int n, int *broken) {
+    double c[4][4];
+    UNROLL
+    for (int j = 0; j < n; j++)
+        UNROLL
+    for (int i = j; i < n; i++)
+        c[j][i] = corner[j * stride + i];
+    UNROLL
     for (int j = 0; j < n; j++) {
-        double *column = corner + j * stride;
+        UNROLL
         for (int k = 0; k < j; k++)
-            for (int i = j; i < n; i++)
-                column[i] -= corner[k * stride + i] * corner[k * stride + j];
-        const double inverse = 1 / sqrt(column[j]);
+            UNROLL
+        for (int i = j; i < n; i++)
+            c[j][i] -= c[k][i] * c[k][j];
+        const double inverse = 1 / sqrt(c[j][j]);
         *broken = j;
         // Not for zero, for what is negative, nor for what is no number.
         if (!(inverse > 0 && inverse <= 1.7976931348623157e308)) return false;
-        column[j] = inverse;
+        c[j][j] = inverse;
+        UNROLL
         for (int i = j + 1; i < n; i++)
-            column[i] *= inverse;
+            c[j][i] *= inverse;
     }
+    UNROLL
+    for (int j = 0; j < n; j++)
+        UNROLL
+    for (int i = j; i < n; i++)
+        corner[j * stride + i] = c[j][i];
     return true;
 }
 
@@ -289,17 +304,20 @@ static void add_child(const assembly *a, const nmm_front *child, const double *l
         const long stride = pivot ? front->stride : front->padded;
         const int above = pivot ? 0 : front->n_pivot;
         double *to = (pivot ? a->panel : a->rest) + 2 * (place[j] - above) * stride - 2 * above;
-        const double *column = left + 2 * (long)j * child->padded;
+        double *to_next = to + stride;
+        const double *column = left + 2 * (long)j * child->padded, *next = column + child->padded;
         if (n < FEW_ROWS) {
             for (int i = j; i < n; i++) {
-                add_pair(to + 2 * place[i], column + 2 * i);
-                add_pair(to + stride + 2 * place[i], column + child->padded + 2 * i);
+                const long at = 2L * place[i];
+                add_pair(to + at, column + 2L * i);
+                add_pair(to_next + at, next + 2L * i);
             }
             continue;
         }
         for (int i = j; i < n; i += run[i]) {
-            add_numbers(to + 2 * place[i], column + 2 * i, 2 * run[i]);
-            add_numbers(to + stride + 2 * place[i], column + child->padded + 2 * i, 2 * run[i]);
+            const long at = 2L * place[i];
+            add_numbers(to + at, column + 2L * i, 2 * run[i]);
+            add_numbers(to_next + at, next + 2L * i, 2 * run[i]);
         }
     }
 }
@@ -373,14 +391,27 @@ static bool make_front(const nmm_factor *f, const nmm_front *front, const double
     return true;
 }
 
+// A place for what is left of a front.
+static void take_place(nmm_factor *f, nmm_front *front) {
+    front->rest[0] = f->stack[0].n_top + nmm_pool_take(&f->pool, nmm_front_rest(front, 0));
+}
+
+// What other parts left for this front is taken.
+static void give_places(nmm_factor *f, const nmm_front *front) {
+    for (int c = front->child; c >= 0; c = f->front[c].sibling)
+        if (f->front[c].kept) nmm_pool_give(&f->pool, f->front[c].rest[0] - f->stack[0].n_top);
+}
+
 // Fronts for one thread, and L^-1 x as soon as columns of L are there, while they are in a cache.
 // None where a pivot before them is not positive: what they would take may not be there.
-static void make_part(const nmm_factor *f, const nmm_factor_part *part, const double *value,
-                      bool forward, const own_stacks *own) {
+static void make_part(nmm_factor *f, const nmm_factor_part *part, const double *value, bool forward,
+                      const own_stacks *own) {
     nmm_hand alone = {.n = 1};
     if (is_broken(f->team, f->front[part->first].first)) return;
     for (int i = part->first; i < part->end; i++) {
+        if (f->front[i].kept) take_place(f, &f->front[i]);
         if (!make_front(f, &f->front[i], value, own, &alone)) return;
+        give_places(f, &f->front[i]);
         if (forward) go_forward(f, &f->front[i], own);
     }
 }
@@ -400,8 +431,8 @@ static void make_top(const nmm_factor *f, const nmm_front *front, const double *
 
 // A thread's part of it: parts, then its share of the fronts above them. With r the numbers of
 // L^-1 P r are made on the way, and with z the solution after it.
-static void make_share(const nmm_factor *f, const double *value, const double *r, double *z,
-                       nmm_hand *h, int thread) {
+static void make_share(nmm_factor *f, const double *value, const double *r, double *z, nmm_hand *h,
+                       int thread) {
     const own_stacks own = stacks_of(f, thread);
     if (r != NULL) move_rows(f, r, f->x, true, h);
     int first = 0;
@@ -424,6 +455,7 @@ static int make_and_apply(nmm_factor *f, const double *value, const double *r, d
     const int n_thread = f->n_thread;
     atomic_store(&team->ticket, 0);
     atomic_store(&team->least, INT_MAX);
+    nmm_pool_clear(&f->pool);
     open_parts(f, false);
     open_parts(f, true);
     if (n_thread == 1) {

@@ -192,8 +192,7 @@ static nmm_status number_parts(nmm_context *context, nmm_factor *f) {
 }
 
 // The parts, and the fronts above them in order.
-static nmm_status divide(nmm_context *context, nmm_factor *f) {
-    const int n_thread = f->n_thread;
+static nmm_status divide(nmm_context *context, nmm_factor *f, int n_thread) {
     cut c = {
         .work = f->x, .path = f->x + f->n_row, .candidate = f->tree, .opened = f->tree + f->n_row};
     measure_subtrees(f, c.work);
@@ -247,17 +246,13 @@ typedef struct pair_of_stacks {
     long top[2], most[2];
 } pair_of_stacks;
 
-static long size_of_rest(const nmm_front *front, int kind) {
-    return kind == 0 ? (long)front->padded * front->padded : front->padded;
-}
-
 // The front takes what its children left, and leaves its own.
 static void pile_up(nmm_factor *f, int i, const unsigned char *side, pair_of_stacks *s) {
     nmm_front *front = &f->front[i];
     const int own = side[i];
     if (!front->kept) {
         front->rest[s->kind] = s->top[own];
-        s->top[own] += size_of_rest(front, s->kind);
+        s->top[own] += nmm_front_rest(front, s->kind);
         s->most[own] = s->top[own] > s->most[own] ? s->top[own] : s->most[own];
     }
     // The first of those that came from here lies lowest.
@@ -292,18 +287,25 @@ static long pile_up_top(nmm_factor *f, const unsigned char *side) {
     return s.most[0] + s.most[1];
 }
 
-// What parts leave for the top stays until the end, behind what the top piles up.
+// What is kept has a place of its own, from n on: matrices if all were kept at the same time.
 static long keep_all(nmm_factor *f, int kind, long n) {
     for (int i = 0; i < f->n_front; i++) {
         nmm_front *front = &f->front[i];
         if (!front->kept) continue;
         front->rest[kind] = n;
-        n += size_of_rest(front, kind);
+        n += nmm_front_rest(front, kind);
     }
     return n;
 }
 
-static void lay_out_stacks(nmm_factor *f) {
+static int count_kept(const nmm_factor *f) {
+    int n = 0;
+    for (int i = 0; i < f->n_front; i++)
+        n += f->front[i].kept;
+    return n;
+}
+
+static nmm_status lay_out_stacks(nmm_context *context, nmm_factor *f) {
     unsigned char *side = (unsigned char *)f->tree;
     for (int i = f->n_front - 1; i >= 0; i--) {
         nmm_front *front = &f->front[i];
@@ -319,22 +321,23 @@ static void lay_out_stacks(nmm_factor *f) {
             stack->n_own = n > stack->n_own ? n : stack->n_own;
         }
     }
-    f->stack[0].n_kept = keep_all(f, 0, pile_up_top(f, side));
+    TRY(nmm_pool_reserve(context, &f->pool, count_kept(f)));
+    f->stack[0].n_top = pile_up_top(f, side);
+    f->stack[0].n_kept = keep_all(f, 0, f->stack[0].n_top);
     for (int k = 0; k < f->n_top; k++)
         f->front[f->top[k]].kept = true;
     // Vectors are small: each front of the top has a place of its own, so that rounds can be.
     f->stack[1].n_kept = keep_all(f, 1, 0);
+    return NMM_OK;
 }
 
 nmm_status nmm_factor_share(nmm_context *context, nmm_factor *factor, int n_thread) {
     if (factor->n_thread == n_thread) return NMM_OK;
+    // Until all is done.
+    factor->n_thread = 0;
+    TRY(divide(context, factor, n_thread));
+    list_rounds(factor);
+    TRY(lay_out_stacks(context, factor));
     factor->n_thread = n_thread;
-    const nmm_status status = divide(context, factor);
-    if (status == NMM_OK) {
-        list_rounds(factor);
-        lay_out_stacks(factor);
-    } else {
-        factor->n_thread = 0;
-    }
-    return status;
+    return NMM_OK;
 }

@@ -18,6 +18,9 @@
 // A diagonal block whose second pivot is below this part of its diagonal counts as singular.
 #define SINGULAR 1e-14
 
+// Rows of the matrix that a thread looks at at a time.
+#define ROWS_AT_A_TIME 256
+
 nmm_solve_options nmm_default_solve_options(void) {
     return (nmm_solve_options){
         .method = NMM_SOLVE_AUTO, .precision = NMM_PRECISION_AUTO, .tolerance = 1e-8};
@@ -275,89 +278,62 @@ static bool invert_block(const double *v, double *inverse) {
     return 0 * (inverse[0] + inverse[3]) == 0;
 }
 
-// One pass over the matrix; the lowest troubled row of each kind.
-static nmm_solve_end take_rows(nmm_solver *s, const nmm_bsr *K, int *row_of_trouble) {
-    int infinite = K->n_row, indefinite = K->n_row;
-    const int n_thread = s->n_thread;
-#pragma omp parallel for num_threads(n_thread) schedule(static)                                    \
-    reduction(min                                                                                  \
-              : infinite, indefinite) if (n_thread > 1)
-    for (int at = 0; at < s->n; at++) {
+// Has a block an inverse for sure? Three divisions less; not told for numbers of extreme size.
+static bool is_surely_positive(const double *v) {
+    const double pivot = v[3] - v[2] / v[0] * v[1];
+    const bool ordinary = v[0] > 1e-250 && v[0] < 1e250 && v[3] < 1e250 && pivot > 1e-250;
+    return ordinary && pivot > SINGULAR * v[3];
+}
+
+// Lowest troubled row of each kind; n_row: none.
+typedef struct trouble {
+    int infinite, indefinite;
+} trouble;
+
+static trouble take_rows_between(const nmm_solver *s, const nmm_bsr *K, bool all, int first,
+                                 int end) {
+    trouble t = {K->n_row, K->n_row};
+    for (int at = first; at < end; at++) {
         const int row = nmm_solver_row(s, at);
-        double *inverse = s->wide.inverse + 4 * (long)at;
+        double not_kept[4], *inverse = all ? s->wide.inverse + 4 * (long)at : not_kept;
         if (row < 0) {
             memset(inverse, 0, 4 * sizeof(double));
             continue;
         }
         const double *block = K->value + 4 * (long)K->diagonal[row];
-        if (not_finite(K, row) != 0) infinite = nmm_min_int(infinite, row);
-        if (!invert_block(block, inverse)) indefinite = nmm_min_int(indefinite, row);
+        if (!all && is_surely_positive(block)) continue;
+        if (all && not_finite(K, row) != 0) t.infinite = nmm_min_int(t.infinite, row);
+        if (!invert_block(block, inverse)) t.indefinite = nmm_min_int(t.indefinite, row);
+    }
+    return t;
+}
+
+// One pass over the matrix, or over its diagonal alone: for a method that does without the inverses
+// and ends with a residual in which each number of the matrix has its part.
+static nmm_solve_end take_rows(nmm_solver *s, const nmm_bsr *K, bool all, int *row_of_trouble) {
+    const int n_piece = (s->n + ROWS_AT_A_TIME - 1) / ROWS_AT_A_TIME;
+    int infinite = K->n_row, indefinite = K->n_row;
+    if (s->n_thread == 1) {
+        const trouble t = take_rows_between(s, K, all, 0, s->n);
+        infinite = t.infinite;
+        indefinite = t.indefinite;
+    } else {
+#pragma omp parallel for num_threads(s->n_thread) schedule(static)                                 \
+    reduction(min                                                                                  \
+              : infinite, indefinite)
+        for (int k = 0; k < n_piece; k++) {
+            const int first = k * ROWS_AT_A_TIME, end = nmm_min_int(first + ROWS_AT_A_TIME, s->n);
+            const trouble t = take_rows_between(s, K, all, first, end);
+            infinite = nmm_min_int(infinite, t.infinite);
+            indefinite = nmm_min_int(indefinite, t.indefinite);
+        }
     }
     *row_of_trouble = infinite < K->n_row ? infinite : indefinite;
     if (infinite < K->n_row) return NMM_SOLVE_NOT_FINITE;
     return indefinite < K->n_row ? NMM_SOLVE_INDEFINITE : NMM_SOLVE_CONVERGED;
 }
 
-// --- Scaling
-
-// Sums that are made side by side.
-#define LANES 4
-
-// Are all of scale * x finite? Several sums at a time, so that none waits for another.
-static bool all_finite(int n, const double *x, double scale) {
-    double zero[LANES] = {0};
-    int i = 0;
-    for (; i + LANES <= n; i += LANES)
-        for (int k = 0; k < LANES; k++)
-            zero[k] += 0 * (scale * x[i + k]);
-    for (; i < n; i++)
-        zero[0] += 0 * (scale * x[i]);
-    return zero[0] + zero[1] + zero[2] + zero[3] == 0;
-}
-
-static double largest_of(int n, const double *x) {
-    double most[LANES] = {0};
-    int i = 0;
-    for (; i + LANES <= n; i += LANES)
-        for (int k = 0; k < LANES; k++)
-            most[k] = nmm_max(most[k], fabs(x[i + k]));
-    for (; i < n; i++)
-        most[0] = nmm_max(most[0], fabs(x[i]));
-    return nmm_max(nmm_max(most[0], most[1]), nmm_max(most[2], most[3]));
-}
-
-static int first_row_not_finite(int n, const double *x) {
-    for (int i = 0; i < n; i++)
-        if (0 * x[i] != 0) return i / 2;
-    return -1;
-}
-
-// f into solver->wide.f, scaled; returns the row of a number that is not finite, or -1.
-static int take_right_hand_side(nmm_solver *s, const double *f) {
-    if (!all_finite(2 * s->n_row, f, 1)) return first_row_not_finite(2 * s->n_row, f);
-    const double largest = largest_of(2 * s->n_row, f);
-    frexp(largest, &s->exponent);
-    // Kept where 2^exponent and its inverse are ordinary numbers.
-    s->exponent = nmm_max_int(-1000, nmm_min_int(s->exponent, 1000));
-    const double scale = ldexp(1, -s->exponent);
-    for (int at = 0; at < s->n; at++) {
-        const int row = nmm_solver_row(s, at);
-        s->wide.f[2 * at] = row < 0 ? 0 : scale * f[2 * row];
-        s->wide.f[2 * at + 1] = row < 0 ? 0 : scale * f[2 * row + 1];
-    }
-    s->norm = sqrt(nmm_sum_product(2 * s->n, s->wide.f, s->wide.f, 1));
-    s->limit = nmm_max(s->options.tolerance * s->norm, scale * s->options.absolute);
-    return -1;
-}
-
-void nmm_solver_load_guess(nmm_solver *solver, const double *u) {
-    const double scale = ldexp(1, -solver->exponent);
-    for (int at = 0; at < solver->n; at++) {
-        const int row = nmm_solver_row(solver, at);
-        solver->wide.u[2 * at] = row < 0 ? 0 : scale * u[2 * row];
-        solver->wide.u[2 * at + 1] = row < 0 ? 0 : scale * u[2 * row + 1];
-    }
-}
+// --- First guess
 
 double nmm_solver_first_norm(nmm_solver *solver, const double *u,
                              double (*true_norm)(const nmm_solver *)) {
@@ -478,6 +454,14 @@ static void end_early(nmm_solver *s, nmm_solve_report *report, nmm_solve_end end
     s->n_row = -1;
 }
 
+bool nmm_solver_check_numbers(nmm_solver *solver, const nmm_bsr *K, nmm_solve_report *report) {
+    int row = -1;
+    if (take_rows(solver, K, true, &row) != NMM_SOLVE_NOT_FINITE) return true;
+    report->setups = report->iterations = 0;
+    end_early(solver, report, NMM_SOLVE_NOT_FINITE, row);
+    return false;
+}
+
 nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                             const double *f, double *u, nmm_solve_report *report, bool *ready) {
     *report = (nmm_solve_report){.method = solver->options.method,
@@ -498,7 +482,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
         }
     }
     TRY(take_pattern(context, solver, K));
-    const int row_of_f = take_right_hand_side(solver, f);
+    const int row_of_f = nmm_solver_take_force(solver, f);
     int row = -1;
     if (row_of_f >= 0) {
         end_early(solver, report, NMM_SOLVE_NOT_FINITE, row_of_f);
@@ -512,7 +496,10 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
         end_early(solver, report, NMM_SOLVE_CONVERGED, -1);
         return NMM_OK;
     }
-    const nmm_solve_end end = take_rows(solver, K, &row);
+    const bool all = solver->options.method != NMM_SOLVE_DIRECT;
+    nmm_solve_end end = take_rows(solver, K, all, &row);
+    // What is not finite is named first.
+    if (end != NMM_SOLVE_CONVERGED && !all) end = take_rows(solver, K, true, &row);
     if (end != NMM_SOLVE_CONVERGED) {
         end_early(solver, report, end, row);
         return NMM_OK;
@@ -528,23 +515,11 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
     return NMM_OK;
 }
 
-static bool write_back(const nmm_solver *s, double *u) {
-    const double scale = ldexp(1, s->exponent);
-    if (!all_finite(2 * s->n, s->wide.u, scale)) return false;
-    for (int at = 0; at < s->n; at++) {
-        const int row = nmm_solver_row(s, at);
-        if (row < 0) continue;
-        u[2 * row] = scale * s->wide.u[2 * at];
-        u[2 * row + 1] = scale * s->wide.u[2 * at + 1];
-    }
-    return true;
-}
-
 void nmm_solver_finish(nmm_solver *solver, double norm, double *u, nmm_solve_report *report) {
     report->residual = norm / solver->norm;
     const bool kept = solver->options.keep_last || report->end == NMM_SOLVE_CONVERGED;
     if (kept || norm <= solver->guess_norm) {
-        if (write_back(solver, u)) return;
+        if (nmm_solver_write_back(solver, u)) return;
         report->end = NMM_SOLVE_DIVERGED;
         report->why = "the solution is beyond the range of numbers";
     }

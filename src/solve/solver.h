@@ -190,8 +190,19 @@ void nmm_solver_use_threads(nmm_solver *solver, int n_thread);
 nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_bsr *K,
                             const double *f, double *u, nmm_solve_report *report, bool *ready);
 
+/// Are all numbers of the matrix finite? Else the report says which row is not. For a method that
+/// nmm_solver_start did not look at all of them for, the direct one, when it ends badly.
+bool nmm_solver_check_numbers(nmm_solver *solver, const nmm_bsr *K, nmm_solve_report *report);
+
+/// f into solver->wide.f, scaled; its norm and the limit of the residual. Row of a number that is
+/// not finite, -1: none.
+int nmm_solver_take_force(nmm_solver *solver, const double *f);
+
 /// The caller's u, scaled and in the order of the iteration, into solver->wide.u.
 void nmm_solver_load_guess(nmm_solver *solver, const double *u);
+
+/// solver->wide.u into the caller's u; false: beyond the range of numbers, u is untouched.
+bool nmm_solver_write_back(const nmm_solver *solver, double *u);
 
 /// Take the first guess, or zero where that is better; its residual norm. For the serial methods,
 /// each with its own order of sums.

@@ -10,6 +10,24 @@
 
 #include "barrier.h"
 
+/// Numbers of a vector that several threads are worth.
+#define NMM_MANY_NUMBERS 8000
+
+/// A statement for each i of 0 .. n - 1, on threads where these are many. A region would cost a
+/// quarter of a microsecond even on one thread, much of a small solve.
+// clang-format off
+#define NMM_SHARED_LOOP(n, n_thread, ...)                                                          \
+    do {                                                                                           \
+        const int n_turn = (n), n_hand = (n_thread);                                               \
+        if (n_hand > 1 && n_turn > NMM_MANY_NUMBERS) {                                             \
+            _Pragma("omp parallel for num_threads(n_hand) schedule(static)")                       \
+            for (int i = 0; i < n_turn; i++) { __VA_ARGS__; }                                      \
+        } else {                                                                                   \
+            for (int i = 0; i < n_turn; i++) { __VA_ARGS__; }                                      \
+        }                                                                                          \
+    } while (0)
+// clang-format on
+
 /// Zero before each region.
 typedef struct nmm_team {
     nmm_barrier barrier;

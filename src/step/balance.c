@@ -112,20 +112,21 @@ static void add_gaps(nmm_balance *balance, const nmm_model *model, const nmm_sta
 void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                        const nmm_state *state, double h, double reach) {
     const nmm_bsr *K = &system->K;
+    const double per_step = 2 / h, per_square = 0.5 * h * h;
     for (int b = 0; b < balance->n_block; b++)
         balance->block[b].rounding = 0;
     for (int c = 0; c < K->n_row; c++) {
         if (system->fixed != NULL && system->fixed[c] == 3) continue;
         const double *block = K->value + 4 * (long)K->diagonal[c];
         const double own = system->weight != NULL ? system->weight[model->cover_block[c]] : 1;
-        const double unweighted = 1 / (own * own);
+        const double unweighted = system->weight != NULL ? 1 / (own * own) : 1;
         const double *d = state->displacement + 2 * (long)c;
         const double *v = state->velocity + 2 * (long)c;
         const double *load = system->load + 2 * (long)c;
-        const double mass = system->cover_mass[c], inertia = 2 * mass / h;
+        const double mass = system->cover_mass[c], inertia = per_step * mass;
         // Where the motion and the loads lead in the step, where that can be meant.
         // The integral of a function of order 2 may vanish.
-        const double fall = mass > 0 ? 0.5 * h * h / mass : 0;
+        const double fall = mass > 0 ? per_square / mass : 0;
         const double mx = nmm_min(h * fabs(v[0]) + fall * fabs(load[0]), reach);
         const double my = nmm_min(h * fabs(v[1]) + fall * fabs(load[1]), reach);
         const double x = unweighted * block[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);

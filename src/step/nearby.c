@@ -73,18 +73,44 @@ static int bin_of(double square, int most) {
     return nmm_max_int(0, nmm_min_int(most - exponent, N_BIN - 1));
 }
 
-// The first bin whose rows, with those of all bins behind, have no more than `left` together.
-static int first_bin_left(const nmm_system *system, double left, int most) {
-    double sum[N_BIN] = {0}, behind = 0;
+// Squares of the residuals by bins, below the largest one.
+typedef struct bin_sums {
+    int most; // exponent of the largest
+    double sum[N_BIN];
+    int count[N_BIN];
+} bin_sums;
+
+// False: there are none, or some that are no numbers.
+static bool fill_bins(bin_sums *bins, const nmm_system *system) {
+    double largest = 0;
+    for (int c = 0; c < system->K.n_row; c++)
+        largest = nmm_max(largest, square_of(system, c));
+    if (!(largest > 0 && largest < INFINITY)) return false;
+    memset(bins, 0, sizeof *bins);
+    frexp(largest, &bins->most);
     for (int c = 0; c < system->K.n_row; c++) {
         const double square = square_of(system, c);
-        if (square > 0) sum[bin_of(square, most)] += square;
+        if (!(square > 0)) continue;
+        const int bin = bin_of(square, bins->most);
+        bins->sum[bin] += square;
+        bins->count[bin] += 1;
     }
-    for (int bin = N_BIN - 1; bin >= 0; bin--) {
-        behind += sum[bin];
-        if (behind > left * left) return bin + 1;
+    return true;
+}
+
+// The first bin whose rows, with those of all bins behind, have no more than `left` together; *n:
+// rows of the bins before.
+static int first_bin_left(const bin_sums *bins, double left, int *n) {
+    double behind = 0;
+    int end = 0;
+    for (int bin = N_BIN - 1; bin >= 0 && end == 0; bin--) {
+        behind += bins->sum[bin];
+        if (behind > left * left) end = bin + 1;
     }
-    return 0;
+    *n = 0;
+    for (int bin = 0; bin < end; bin++)
+        *n += bins->count[bin];
+    return end;
 }
 
 static bool is_held(const nmm_system *system, int c) {
@@ -101,12 +127,13 @@ static int take_row(nmm_nearby *nearby, const nmm_system *system, int c, int n) 
 
 // Rows with a residual of a bin before end_bin; how many.
 static int take_worst(nmm_nearby *nearby, const nmm_system *system, int most, int end_bin) {
+    const double least = end_bin < N_BIN ? ldexp(1, most - end_bin) : 0;
     int n = 0;
     for (int c = 0; c < system->K.n_row; c++)
         nearby->place[c] = -1;
     for (int c = 0; c < system->K.n_row; c++) {
         const double square = square_of(system, c);
-        if (square > 0 && bin_of(square, most) < end_bin) n = take_row(nearby, system, c, n);
+        if (square > 0 && square >= least) n = take_row(nearby, system, c, n);
     }
     return n;
 }
@@ -135,22 +162,23 @@ static void sort_rows(nmm_nearby *nearby) {
     }
 }
 
-bool nmm_nearby_choose(nmm_nearby *nearby, const nmm_system *system, double left, double h) {
+bool nmm_nearby_choose(nmm_nearby *nearby, const nmm_system *system, double left, double most_left,
+                       double h) {
     const double rings = RINGS * (1 + h * nearby->speed / nearby->model->size);
     const int most_rows = (int)(MOST_PART * system->K.n_row);
-    double largest = 0;
-    int most = 0;
-    if (!(rings <= MOST_RINGS)) return false;
-    for (int c = 0; c < system->K.n_row; c++)
-        largest = nmm_max(largest, square_of(system, c));
-    if (!(largest > 0 && largest < INFINITY)) return false;
-    frexp(largest, &most);
-    int n = take_worst(nearby, system, most, first_bin_left(system, left, most));
-    if (n > most_rows) return false;
-    n = take_rings(nearby, system, n, rings, most_rows);
-    if (n == 0 || n > most_rows) return false;
-    sort_rows(nearby);
-    return true;
+    bin_sums bins;
+    if (!(rings <= MOST_RINGS) || !fill_bins(&bins, system)) return false;
+    for (bool first = true; first || left <= most_left; first = false, left *= 2) {
+        int n = 0;
+        const int end_bin = first_bin_left(&bins, left, &n);
+        if (n == 0 || n > most_rows) continue;
+        n = take_worst(nearby, system, bins.most, end_bin);
+        n = take_rings(nearby, system, n, rings, most_rows);
+        if (n == 0 || n > most_rows) continue;
+        sort_rows(nearby);
+        return true;
+    }
+    return false;
 }
 
 // --- The system of these rows

@@ -35,8 +35,10 @@ void nmm_nearby_close(nmm_context *context, nmm_nearby *nearby);
 
 /// Chooses the rows: those of the largest residuals, as weighted, so that all others together have
 /// no more than `left` [N], and their neighbours, ring by ring, as far as a step of length h
-/// reaches. False: too many, or none.
-bool nmm_nearby_choose(nmm_nearby *nearby, const nmm_system *system, double left, double h);
+/// reaches. Where these are too many twice as much may be left, and so on up to `most_left`. False:
+/// still too many, or none.
+bool nmm_nearby_choose(nmm_nearby *nearby, const nmm_system *system, double left, double most_left,
+                       double h);
 
 /// Solves for the chosen rows on the host, with the options of the whole; residual and coupling
 /// have their weights. Into system->change, 0 elsewhere, and `touched`.

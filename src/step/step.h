@@ -86,10 +86,14 @@
 /// Part of what may be left in the end that a later pass may leave aside in any case.
 #define NMM_LEFT_ALLOWED 0.5
 
+/// Part of the forces allowed to be left that rounding may be, not to be looked at in each pass.
+#define NMM_ROUNDED 0.1
+
 /// Limits of one step.
 enum {
     NMM_NEAR_ROWS = 300, // rows from which on solves may be for part of them
     NMM_MAX_PASS = 40,   // open-close passes of one try
+    NMM_ROUND_AGAIN = 4, // passes after which rounding is looked at again
     NMM_MAX_LOOK = 8,    // looks along one correction
     NMM_MAX_RAISE = 30,  // times carried forces are raised in one try
 };

@@ -26,6 +26,7 @@ typedef struct passes {
     int n_vain;   // passes of this kind
     bool part;    // the last solve was for part of the rows
     bool whole;   // the next one must not be
+    bool clouded; // rounding is something beside what may be left of the forces
 } passes;
 
 static void restore_start(nmm_sim *sim) {
@@ -145,13 +146,17 @@ static void guess_change(nmm_sim *sim, double h, int pass) {
     }
 }
 
-// What is left of the forces over what is allowed; what rounding leaves follows from the places
-// reached, and from those to be reached where steps are the motion's and not a search.
-static double worst_balance(nmm_sim *sim, double h) {
-    nmm_balance *balance = &sim->balance;
+// What rounding leaves follows from the places reached, and from those to be reached where steps
+// are the motion's and not a search.
+static void round_forces(nmm_sim *sim, double h) {
     const double reach = sim->settings.is_static ? 0 : sim->allowed_now;
-    nmm_balance_round(balance, &sim->system, &sim->model, &sim->state, h, reach);
-    return nmm_balance_worst(balance, &sim->system, &sim->model, sim->settings.tolerance);
+    nmm_balance_round(&sim->balance, &sim->system, &sim->model, &sim->state, h, reach);
+}
+
+// What is left of the forces over what is allowed.
+static double worst_balance(nmm_sim *sim, double h) {
+    round_forces(sim, h);
+    return nmm_balance_worst(&sim->balance, &sim->system, &sim->model, sim->settings.tolerance);
 }
 
 // Weights of the blocks, for all passes of a try.
@@ -195,11 +200,7 @@ static bool solves_nearby(nmm_sim *sim, const passes *p, double h) {
     if (p->whole || sim->nearby.model == NULL || sim->dump.write != NULL) return false;
     if (!couples(sim, p) && p->verdict.n_sliding > 0) return false;
     const double most = p->n > 0 ? NMM_MOST_LEFT * p->unbalance[p->n] : 0;
-    double left = left_aside(sim, p);
-    bool few = nmm_nearby_choose(&sim->nearby, &sim->system, left, h);
-    for (left *= 2; !few && left <= most; left *= 2)
-        few = nmm_nearby_choose(&sim->nearby, &sim->system, left, h);
-    return few;
+    return nmm_nearby_choose(&sim->nearby, &sim->system, left_aside(sim, p), most, h);
 }
 
 static nmm_status solve_all(nmm_sim *sim, const nmm_solve_options *options,
@@ -212,6 +213,12 @@ static nmm_status solve_all(nmm_sim *sim, const nmm_solve_options *options,
     return NMM_OK;
 }
 
+static void swap_caught(nmm_system *system) {
+    double *residual = system->residual;
+    system->residual = system->caught;
+    system->caught = residual;
+}
+
 static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
@@ -220,6 +227,8 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
     if (anew) nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     guess_change(sim, h, p->n);
+    const bool caught = nmm_system_catch(system, &sim->model, &sim->state);
+    if (caught) swap_caught(system);
     const nmm_solve_options options = solve_options(sim, p);
     nmm_balance_put_weights(&sim->balance, system, &sim->model);
     if (sim->dump.write != NULL) TRY(sim->dump.write(sim, &options));
@@ -230,6 +239,7 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
             ? nmm_nearby_solve(&sim->context, &sim->nearby, system, &sim->state, &options, report)
             : solve_all(sim, &options, report));
     nmm_balance_take_weights(&sim->balance, system, &sim->model);
+    if (caught) swap_caught(system);
     nmm_solves_count(sim, report);
     nmm_friction_pass(&sim->friction, p->part ? sim->nearby.n_row : system->K.n_row, report->work,
                       p->verdict.n_sliding > 0);
@@ -268,11 +278,21 @@ static double largest_move(const nmm_sim *sim) {
 
 // --- When is it settled?
 
+// What rounding leaves changes little from pass to pass: where it is next to nothing beside what is
+// allowed it is looked at now and then.
+static void round_balance(nmm_sim *sim, passes *p, double h) {
+    if (p->n > 1 && p->n % NMM_ROUND_AGAIN != 0 && !p->clouded) return;
+    round_forces(sim, h);
+    p->clouded = nmm_balance_clouded(&sim->balance, NMM_ROUNDED * sim->settings.tolerance, 1);
+}
+
 // Do forces balance, eq. (4.5)? What a first pass leaves points along the motion, step by step, and
 // adds up in the ledger.
 static bool balanced(nmm_sim *sim, passes *p, double h) {
     const bool first = p->n == 1 && motion_goes_on(sim);
-    p->worst[p->n] = worst_balance(sim, h);
+    round_balance(sim, p, h);
+    p->worst[p->n] =
+        nmm_balance_worst(&sim->balance, &sim->system, &sim->model, sim->settings.tolerance);
     return p->worst[p->n] <= (first ? NMM_FIRST_PASS : 1);
 }
 
@@ -364,7 +384,6 @@ typedef enum judgement { SOLVE_ON, LOOK_AGAIN, TRY_ENDED } judgement;
 // Forces are those of the law at the places where the covers are, and the law has no jumps: where
 // they balance, the step is settled, whatever the last pass did to the modes.
 static judgement judge_pass(nmm_sim *sim, passes *p, const nmm_step_state *step, nmm_try *outcome) {
-    p->unbalance[p->n] = unbalance(sim);
     if (p->n == 0) return SOLVE_ON;
     const bool goes_on = p->n < NMM_MAX_PASS && !gains_nothing(p);
     if (balanced(sim, p, step->h) || (!goes_on && is_rounding(sim, step->h))) {
@@ -509,11 +528,14 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
     const line along = begin_line(sim);
     if (solved.coupled || p->part) nmm_mixing_reset(&sim->mixing);
     if (solved.coupled || p->part || !go_mixed(sim, p, step)) go_along(sim, p, step, &along);
-    const bool gained = unbalance(sim) < NMM_GAINED * p->unbalance[p->n];
-    p->in_vain = solved.coupled && !gained && !p->part;
+    const double left = unbalance(sim);
+    const bool gained = left < NMM_GAINED * p->unbalance[p->n];
+    // The first pass of a step finds the modes: what it leaves says little.
+    p->in_vain = solved.coupled && !gained && !p->part && p->n > 0;
     p->whole = p->part && !gained;
     p->n_vain += p->in_vain;
     p->n += 1;
+    p->unbalance[p->n] = left;
     sim->report.passes += 1;
     sim->summary.open_close_iterations += 1;
     sim->report.move = largest_move(sim);
@@ -526,6 +548,7 @@ static void look_again(nmm_sim *sim, passes *p, const nmm_step_state *step) {
     p->verdict = evaluate_contacts(sim);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
     nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, step, NULL);
+    p->unbalance[p->n] = unbalance(sim);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
 }
 

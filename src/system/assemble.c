@@ -138,25 +138,48 @@ static void hold_spring(double *spring, const unsigned char *fixed, const int *c
     }
 }
 
+static bool holds_shear(unsigned char mode) {
+    return mode == NMM_SPRING_STICK || mode == NMM_SPRING_CAUGHT;
+}
+
+static bool slides(unsigned char mode) {
+    return mode == NMM_SPRING_SLIDE || mode == NMM_SPRING_SLIDE_BACK;
+}
+
+// Derivatives of a contact in the order of its couple, whose first element may be the edge's.
+static inline void order_row(const nmm_contact_row *row, bool swapped, int m, double *spring) {
+    const size_t half = 2 * (size_t)m * sizeof(double);
+    const int first = swapped ? m : 0;
+    memcpy(spring, row->normal[first], half);
+    memcpy(spring + 2 * m, row->normal[m - first], half);
+    memcpy(spring + 4 * m, row->shear[first], half);
+    memcpy(spring + 6 * m, row->shear[m - first], half);
+}
+
 // The spring at place p of the couples' order, of couple q. Held unknowns do not feel it.
 static void make_spring(nmm_system *system, const nmm_model *model, const nmm_state *state, int q,
                         int p) {
-    const int m = model->n_local;
+    const int m = model->n_local, order = system->couples.order[p];
     double *spring = spring_of(system, p, m);
-    const int k = system->couples.order[p] / 2, swapped = m * (system->couples.order[p] % 2);
-    const nmm_contact *contact = &state->contact[k];
+    const nmm_contact *contact = &state->contact[order / 2];
     const nmm_contact_row row = nmm_contact_row_of(model, state, contact);
-    const size_t half = 2 * (size_t)m * sizeof(double);
-    memcpy(spring, row.normal[swapped], half);
-    memcpy(spring + 2 * m, row.normal[m - swapped], half);
-    memcpy(spring + 4 * m, row.shear[swapped], half);
-    memcpy(spring + 6 * m, row.shear[m - swapped], half);
+    if (m == 3)
+        order_row(&row, order % 2 == 1, 3, spring);
+    else
+        order_row(&row, order % 2 == 1, m, spring);
     spring[8 * m] = contact->normal_stiffness;
-    spring[8 * m + 1] = contact->mode == NMM_CONTACT_STICK ? contact->shear_stiffness : 0;
+    spring[8 * m + 1] = holds_shear(system->spring_mode[p]) ? contact->shear_stiffness : 0;
     if (system->fixed == NULL) return;
     int cover[2 * NMM_MOST_LOCAL] = {0};
     nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
     hold_spring(spring, system->fixed, cover, m);
+}
+
+// What was to slide one way and slid the other is caught: a spring that holds its shear finds the
+// balance between, where without one passes would throw it to and fro.
+static unsigned char next_mode(unsigned char spring, unsigned char now) {
+    const bool reversed = slides(spring) && slides(now) && spring != now;
+    return reversed ? NMM_SPRING_CAUGHT : now;
 }
 
 // Mode by which contact k gets its spring. Where bodies are pressed, one that only just touches
@@ -164,8 +187,8 @@ static void make_spring(nmm_system *system, const nmm_model *model, const nmm_st
 static unsigned char first_mode(const nmm_system *system, const nmm_model *model,
                                 const nmm_contact *contact, int k) {
     const bool touches = fabs(contact->gap - contact->rest) <= TOUCHES * model->size;
-    const bool closes = system->pressed && system->mode[k] == NMM_CONTACT_OPEN && touches;
-    return closes ? NMM_CONTACT_SLIDE : system->mode[k];
+    const bool closes = system->pressed && system->mode[k] == NMM_SPRING_OPEN && touches;
+    return closes ? NMM_SPRING_SLIDE : system->mode[k];
 }
 
 // All springs of couple q.
@@ -175,7 +198,7 @@ static void make_springs(nmm_system *system, const nmm_model *model, const nmm_s
     for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
         const int k = couples->order[p] / 2;
         system->spring_mode[p] = first_mode(system, model, &state->contact[k], k);
-        if (system->spring_mode[p] != NMM_CONTACT_OPEN) make_spring(system, model, state, q, p);
+        if (system->spring_mode[p] != NMM_SPRING_OPEN) make_spring(system, model, state, q, p);
     }
 }
 
@@ -215,7 +238,7 @@ static inline __attribute__((always_inline)) void add_direction(nmm_system *syst
     for (int j = 0; j < 2 * m; j++)
         sum[j] = (pair){0, 0};
     for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-        if (system->spring_mode[p] == NMM_CONTACT_OPEN) continue;
+        if (system->spring_mode[p] == NMM_SPRING_OPEN) continue;
         const double *normal = spring_of(system, p, m), *shear = normal + 4 * m;
         const double across = normal[8 * m] * normal[at], along = normal[8 * m + 1] * shear[at];
         for (int j = 0; j < 2 * m; j++) {
@@ -237,7 +260,7 @@ static inline __attribute__((always_inline)) void add_direction(nmm_system *syst
 static bool any_closed(const nmm_system *system, int q) {
     const nmm_couples *couples = &system->couples;
     for (int p = couples->start[q]; p < couples->start[q + 1]; p++)
-        if (system->spring_mode[p] != NMM_CONTACT_OPEN) return true;
+        if (system->spring_mode[p] != NMM_SPRING_OPEN) return true;
     return false;
 }
 
@@ -269,7 +292,7 @@ static void weigh_row(const nmm_system *system, const nmm_model *model, int q, i
 // Puts the spring at place p of couple q in (sign 1) or takes it out (sign -1).
 static void change_spring(nmm_system *system, const nmm_model *model, int q, int p, double sign) {
     const int m = model->n_local;
-    if (system->spring_mode[p] == NMM_CONTACT_OPEN) return;
+    if (system->spring_mode[p] == NMM_SPRING_OPEN) return;
     const double *spring = spring_of(system, p, m);
     for (int i = 0; i < 2 * m; i++) {
         double row[8 * NMM_MOST_LOCAL];
@@ -286,11 +309,12 @@ static bool change_springs(nmm_system *system, const nmm_model *model, const nmm
     bool changed = false;
     for (int q = 0; q < couples->n; q++) {
         for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-            const unsigned char mode = system->mode[couples->order[p] / 2];
-            if (mode == system->spring_mode[p]) continue;
+            const unsigned char now = system->mode[couples->order[p] / 2];
+            if (now == system->spring_mode[p]) continue;
+            const unsigned char mode = next_mode(system->spring_mode[p], now);
             change_spring(system, model, q, p, -1);
             system->spring_mode[p] = mode;
-            if (mode != NMM_CONTACT_OPEN) make_spring(system, model, state, q, p);
+            if (mode != NMM_SPRING_OPEN) make_spring(system, model, state, q, p);
             change_spring(system, model, q, p, 1);
             changed = true;
         }
@@ -384,18 +408,48 @@ nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm
                              const nmm_state *state, const int *place) {
     const nmm_couples *couples = &system->couples;
     int n = 0;
-    for (int k = 0; k < state->n_contact; k++)
-        n += system->mode[k] == NMM_CONTACT_SLIDE;
+    for (int p = 0; p < state->n_contact; p++)
+        n += slides(system->spring_mode[p]);
     TRY(grow_coupling(context, system, n, model->n_local));
     system->coupling.n = 0;
     for (int q = 0; q < couples->n && n > 0; q++) {
         if (place != NULL && !asked_for(system, model, q, place)) continue;
         for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
             const int k = couples->order[p] / 2;
-            const bool slides =
-                system->mode[k] == NMM_CONTACT_SLIDE && state->contact[k].normal_force > 0;
-            if (slides) add_term(system, model, &state->contact[k], q, p);
+            if (slides(system->spring_mode[p]) && state->contact[k].normal_force > 0)
+                add_term(system, model, &state->contact[k], q, p);
         }
     }
     return NMM_OK;
+}
+
+// --- Caught contacts
+
+// Adds to the caught residual the shear force that contact `contact`, with its spring at place p of
+// couple q, would have more if it stuck.
+static void add_caught(nmm_system *system, const nmm_model *model, const nmm_contact *contact,
+                       int q, int p) {
+    const int m = model->n_local;
+    const double *shear = spring_of(system, p, m) + 4 * m;
+    const double sticking = contact->carried_shear - contact->shear_stiffness * contact->slip;
+    int cover[2 * NMM_MOST_LOCAL] = {0};
+    nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
+    for (int i = 0; i < 4 * m; i++)
+        system->caught[2 * cover[i / 2] + i % 2] += (sticking - contact->shear_force) * shear[i];
+}
+
+bool nmm_system_catch(nmm_system *system, const nmm_model *model, const nmm_state *state) {
+    const nmm_couples *couples = &system->couples;
+    bool any = false;
+    for (int q = 0; q < couples->n; q++) {
+        for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
+            if (system->spring_mode[p] != NMM_SPRING_CAUGHT) continue;
+            if (!any)
+                memcpy(system->caught, system->residual,
+                       2 * (size_t)model->n_cover * sizeof *system->caught);
+            add_caught(system, model, &state->contact[couples->order[p] / 2], q, p);
+            any = true;
+        }
+    }
+    return any;
 }

@@ -189,11 +189,13 @@ static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_
     for (int i = 0; i < n; i++) {
         const int k = list != NULL ? list->item[i] : i;
         double *pull = system->pull + 6 * (long)k;
-        system->mode[k] = (unsigned char)state->contact[k].mode;
-        if (system->mode[k] == NMM_CONTACT_OPEN)
+        const nmm_contact *contact = &state->contact[k];
+        const bool back = contact->mode == NMM_CONTACT_SLIDE && contact->shear_force < 0;
+        system->mode[k] = back ? NMM_SPRING_SLIDE_BACK : (unsigned char)contact->mode;
+        if (contact->mode == NMM_CONTACT_OPEN)
             memset(pull, 0, 6 * sizeof *pull);
         else
-            nmm_contact_pull(model, state, &state->contact[k], pull);
+            nmm_contact_pull(model, state, contact, pull);
     }
 }
 

@@ -102,29 +102,13 @@ static void limit_carried(nmm_contact *contact) {
     contact->carried_shear *= contact->carried_normal / carried;
 }
 
-// The slip becomes another one without work: the anchor follows.
-static void put_slip(const nmm_model *model, const nmm_state *state, nmm_contact *contact,
-                     double slip) {
-    const double *p = state->position + 2 * (long)model->vertex_point[contact->edge];
-    const double *q =
-        state->position + 2 * (long)model->vertex_point[model->vertex_next[contact->edge]];
-    const nmm_vec2 along = {q[0] - p[0], q[1] - p[1]};
-    contact->anchor += (contact->slip - slip) / sqrt(nmm_vec2_dot(along, along));
-    contact->slip = slip;
-}
-
 // After a short step springs hold forces. Stiffer ones hold the same by less of a way: else they
 // would do a work that nothing has stored. And what gave way along the edge has been gone: carried
 // forces, which know no energy, must not take it back.
 static void keep_forces(const nmm_model *model, const nmm_state *state, nmm_contact *contact) {
     if (contact->mode == NMM_CONTACT_OPEN) return;
-    const double overlap =
-        (contact->carried_normal - contact->normal_force) / contact->normal_stiffness;
-    if (overlap < 0 && contact->gap - contact->rest < overlap)
-        contact->rest = contact->gap - overlap;
     if (!contact->hasty) contact->carried_shear = contact->shear_force;
-    const double slip = (contact->carried_shear - contact->shear_force) / contact->shear_stiffness;
-    if (fabs(slip) < fabs(contact->slip)) put_slip(model, state, contact, slip);
+    nmm_contact_keep(model, state, contact, contact->gap);
 }
 
 static double confined_modulus(const nmm_system *system, const nmm_model *model, int edge) {

@@ -37,10 +37,20 @@ typedef struct nmm_couples {
     int *cover_couple;  // [2 n_local * n] 2 n_local * couple + place of the cover in it, by cover
 } nmm_couples;
 
+/// Mode of a contact and which way it slides. Caught: it was to slide one way and slid the other.
+typedef enum nmm_spring_mode {
+    NMM_SPRING_OPEN = NMM_CONTACT_OPEN,
+    NMM_SPRING_SLIDE = NMM_CONTACT_SLIDE,
+    NMM_SPRING_STICK = NMM_CONTACT_STICK,
+    NMM_SPRING_SLIDE_BACK,
+    NMM_SPRING_CAUGHT,
+} nmm_spring_mode;
+
 /// Pattern, matrix and vectors of the run; owned by the simulation.
 typedef struct nmm_system {
     nmm_bsr K;
     double *residual;  // [n_cover][2] N
+    double *caught;    // [n_cover][2] N: of nmm_system_catch; NULL: no contact so far
     double *change;    // [n_cover][2] m: solution of a pass
     bool keep_pattern; // the pattern is that of the last call of nmm_system_pattern
 
@@ -85,7 +95,7 @@ typedef struct nmm_system {
     double *acceleration;  // [n_cover][2] m/s2, damping included
     double *load;          // [n_cover][2] N
     double *support_force; // [n_support][2] N
-    unsigned char *mode;   // [n_contact] nmm_contact_mode
+    unsigned char *mode;   // [n_contact] nmm_spring_mode that is asked for
     double *pull;          // [n_contact][3][2] N on the vertex and on the ends of the edge
     double *edge_force;    // [n_vertex][2][2] N, contact forces on the ends of a loop edge; NULL:
     double *contact_force; // [n_cover][2] N       no contact so far
@@ -99,7 +109,7 @@ typedef struct nmm_system {
     // displacements of the couple's covers, then the normal and shear stiffness that act, sliding:
     // no shear.
     double *spring;             // [n_contact][nmm_spring_size]
-    unsigned char *spring_mode; // [n_contact] nmm_contact_mode that the spring was made for
+    unsigned char *spring_mode; // [n_contact] nmm_spring_mode that the spring was made for
     const double *weight;       // [n_block] of rows and columns of K; NULL: none
     bool made;                  // K was made for the contacts as they are listed
     bool pressed; // the next K made anew counts contacts that only just touch as closed
@@ -183,6 +193,10 @@ bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const n
 /// negative; NULL: of all.
 nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
                              const nmm_state *state, const int *place);
+
+/// Are there springs of caught contacts in K? Then system->caught is the residual with the forces
+/// that these would have if they stuck: what a solve for it moves is exact where they do.
+bool nmm_system_catch(nmm_system *system, const nmm_model *model, const nmm_state *state);
 
 /// Entry of base_col for column `col` of row c, which has it.
 int nmm_system_entry(const nmm_system *system, int c, int col);

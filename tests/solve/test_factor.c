@@ -83,33 +83,46 @@ static double *rest_of(const nmm_factor *f, const nmm_front *front, int kind) {
            front->rest[kind];
 }
 
+// Matrices that a part leaves for another one have their places only while they wait.
+static void take_place(nmm_factor *f, nmm_front *front) {
+    if (!front->kept || front->part < 0) return;
+    front->rest[0] = f->stack[0].n_top + nmm_pool_take(&f->pool, nmm_front_rest(front, 0));
+}
+
+static void give_places(nmm_factor *f, const nmm_front *front) {
+    for (int c = front->child; c >= 0 && front->part >= 0; c = f->front[c].sibling)
+        if (f->front[c].kept) nmm_pool_give(&f->pool, f->front[c].rest[0] - f->stack[0].n_top);
+}
+
 // The front finds what its children left, and leaves its own number.
-static void pass_front(const nmm_factor *f, int i, int kind) {
-    const nmm_front *front = &f->front[i];
+static void pass_front(nmm_factor *f, int i, int kind) {
+    nmm_front *front = &f->front[i];
+    if (kind == 0) take_place(f, front);
     for (int c = front->child; c >= 0; c = f->front[c].sibling) {
         const nmm_front *child = &f->front[c];
-        const long n = kind == 0 ? (long)child->padded * child->padded : child->padded;
-        for (long k = 0; k < n; k++)
+        for (long k = 0; k < nmm_front_rest(child, kind); k++)
             assert_true(rest_of(f, child, kind)[k] == c);
     }
-    const long n = kind == 0 ? (long)front->padded * front->padded : front->padded;
+    const long n = nmm_front_rest(front, kind);
     double *rest = rest_of(f, front, kind);
     const nmm_factor_stack *stack = &f->stack[kind];
     assert_in_range(rest + n - stack->number, 0, stack->n_kept + f->n_thread * stack->n_own);
     for (long k = 0; k < n; k++)
         rest[k] = i;
+    if (kind == 0) give_places(f, front);
 }
 
-static void pass_part(const nmm_factor *f, const nmm_factor_part *part, int kind) {
+static void pass_part(nmm_factor *f, const nmm_factor_part *part, int kind) {
     for (int i = part->first; i < part->end; i++)
         pass_front(f, i, kind);
 }
 
 // What is left of a front stays until its parent takes it, whichever order the parts come in: as
 // they are numbered, or first those that wait for no others, backwards.
-static void expect_stacks(const nmm_factor *f) {
+static void expect_stacks(nmm_factor *f) {
     for (int kind = 0; kind < 2; kind++) {
         for (int pass = 0; pass < 2; pass++) {
+            nmm_pool_clear(&f->pool);
             for (int k = f->n_part - 1; pass == 1 && k >= 0; k--)
                 if (f->part[k].n_below == 0) pass_part(f, &f->part[k], kind);
             for (int k = 0; k < f->n_part; k++)

@@ -178,9 +178,9 @@ static void test_springs_too_stiff(void **unused) {
     (void)unused;
     const char *const changes[] = {
         "interfaces.joint={friction_angle: 30, normal_stiffness: 1e19, shear_stiffness: 1e19}",
-        "covers.size=2"};
-    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 2, changes);
-    const nmm_step_report report = take_steps(sim, 200);
+        "covers.size=2", "time.dt_min=1e-4"};
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 3, changes);
+    const nmm_step_report report = take_steps(sim, 1000);
     assert_int_equal(report.end, NMM_END_STEP_TOO_SMALL);
     assert_non_null(strstr(report.reason, "normal_stiffness"));
     nmm_sim_destroy(sim);

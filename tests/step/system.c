@@ -139,6 +139,56 @@ static void test_loads(void **unused) {
     nmm_sim_destroy(sim);
 }
 
+// All that is free goes by this in x.
+static void shift(nmm_sim *sim, double way) {
+    for (int c = 0; c < sim->model.n_cover; c++) {
+        if (sim->system.fixed[c] == 3) continue;
+        sim->state.displacement[2 * c] += way;
+        sim->moved[2 * c] += way;
+    }
+}
+
+// A block that was to slide to the right and slid to the left: what is solved next is the system of
+// a block that sticks, and that of one that slides for what slides on.
+static void test_caught(void **unused) {
+    (void)unused;
+    const double h = 1e-3;
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 0, NULL);
+    nmm_system *system = &sim->system;
+    take_steps(sim, 3);
+    const int n = 2 * sim->model.n_cover;
+    const size_t n_value = 4 * (size_t)system->K.row_start[sim->model.n_cover];
+    double *r = calloc((size_t)n, sizeof *r), *value = calloc(n_value, sizeof *value);
+    shift(sim, 1e-3);
+    residual_of(sim, h, r);
+    nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, true);
+    assert_false(nmm_system_catch(system, &sim->model, &sim->state));
+    shift(sim, 1e-4);
+    residual_of(sim, h, r);
+    assert_false(nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, false));
+    shift(sim, -2.2e-3);
+    residual_of(sim, h, r);
+    assert_true(nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, false));
+    assert_true(nmm_system_catch(system, &sim->model, &sim->state));
+    memcpy(value, system->K.value, n_value * sizeof *value);
+    for (int k = 0; k < sim->model.n_interface; k++)
+        sim->model.interface[k].friction = 1e9;
+    residual_of(sim, h, r);
+    nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, true);
+    double largest = 0, most = 0;
+    for (int i = 0; i < n; i++)
+        largest = fmax(largest, fabs(r[i]));
+    for (size_t i = 0; i < n_value; i++)
+        most = fmax(most, fabs(value[i]));
+    for (int i = 0; i < n; i++)
+        assert_near(system->caught[i], r[i], 1e-12 * largest);
+    for (size_t i = 0; i < n_value; i++)
+        assert_near(value[i], system->K.value[i], 1e-4 * most);
+    free(r);
+    free(value);
+    nmm_sim_destroy(sim);
+}
+
 static void test_threads(void **unused) {
     (void)unused;
     const char *const fine[] = {"covers.size=0.06"};
@@ -167,6 +217,7 @@ int main(void) {
         cmocka_unit_test(test_free_body),      cmocka_unit_test(test_lumped_and_damped),
         cmocka_unit_test(test_supported_body), cmocka_unit_test(test_contacts),
         cmocka_unit_test(test_loads),          cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_caught),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
