@@ -198,6 +198,7 @@ struct nmm_sim {
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
     nmm_contact *start_contact;
+    nmm_overlaps spring_overlaps; // what becomes of them in this try
     bool gentle; // springs of augmented contacts have the least stiffness in this try
     bool stiff;  // some had more in the last one
     int start_capacity;
@@ -298,6 +299,9 @@ void nmm_watch_step(nmm_sim *sim, const nmm_losses *losses);
 
 /// What passed its limit, in words, into summary.ledger.
 void nmm_watch_tell(nmm_sim *sim);
+
+/// What the scheme loses in the bodies in this try [J]: the first bracket of eq. (4.10).
+double nmm_ledger_lost_in_bodies(const nmm_sim *sim);
 
 /// Energies that an element stores in the state as it is, strain [J].
 double nmm_ledger_strain(const nmm_sim *sim, int element);
