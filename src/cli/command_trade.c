@@ -54,9 +54,12 @@ static void print_choice(const job *j, const nmm_bench *bench, const nmm_trade_r
         if (!strcmp(nmm_bench_column_of(bench, k).name, "seconds")) seconds = k;
         if (!strcmp(nmm_bench_column_of(bench, k).name, "error")) error = k;
     }
-    printf("\nCheapest with an error of at most %.3g %%: %.3g s, %.3g %%.\n\n  nmm run ",
-           100 * given->want, nmm_bench_number(bench, result->cheapest, seconds),
+    printf("\nCheapest with an error of at most %.3g %%: %.3g s, %.3g %%", 100 * given->want,
+           nmm_bench_number(bench, result->cheapest, seconds),
            nmm_bench_number(bench, result->cheapest, error));
+    if (result->unsure > 0)
+        printf(" of a reference that is known to %.3g %%", 100 * result->unsure);
+    printf(".\n\n  nmm run ");
     print_quoted(given->path);
     for (int k = 0; k < given->n_set; k++) {
         fputs(" --set ", stdout);

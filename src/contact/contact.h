@@ -118,6 +118,12 @@ double nmm_contact_stored(const nmm_contact_search *search, nmm_state *state);
 int nmm_contact_gainer(const nmm_contact_search *search, const nmm_model *model,
                        const nmm_state *state, const nmm_contact *start, const double *moved);
 
+/// Augmented contact: what all contacts store at the end of a try and lost in it, less twice what
+/// those stored at its start that springs held alone before, and carried forces push out now [J]:
+/// at rest that takes no more. Minus infinity: there are none.
+double nmm_contact_pushed(const nmm_contact_search *search, const nmm_state *state,
+                          const nmm_contact *start);
+
 /// "contact of block 3 'slider' with block 0 at (1.2, 3.4)" into text[size].
 void nmm_contact_describe(const nmm_model *model, const nmm_state *state, int contact, char *text,
                           size_t size);

@@ -8,6 +8,10 @@
 
 #include <math.h>
 
+// At rest a spring that is pushed out under its force gives back half of the work that this takes:
+// as much as it stored is gained, and more by loads that grow on the way.
+#define STORED_TWICE 2
+
 // What the contact stored when the last step ended; one of another name has it from its history.
 static double stored_before(const nmm_contact_search *search, const nmm_contact *start) {
     const nmm_last_list last = {search->next, search->last_start};
@@ -26,6 +30,27 @@ static double work_of(const nmm_model *model, const nmm_state *state, const nmm_
                     moved[2 * (long)row.cover[i] + x];
     }
     return work;
+}
+
+// What the contact will have stored and lost in sliding when the try is accepted.
+static double taken_up(const nmm_contact_search *search, const nmm_contact *c) {
+    nmm_contact end = *c;
+    if (c->mode != NMM_CONTACT_SLIDE) return nmm_contact_stored_in(search, &end);
+    if (!c->hasty) end.carried_shear = c->shear_force;
+    end.slip = (end.carried_shear - c->shear_force) / c->shear_stiffness;
+    return nmm_contact_stored_in(search, &end) + fabs(c->shear_force * (c->slip - end.slip));
+}
+
+double nmm_contact_pushed(const nmm_contact_search *search, const nmm_state *state,
+                          const nmm_contact *start) {
+    double pushed = 0, stored = 0;
+    for (int k = 0; k < state->n_contact; k++) {
+        const nmm_contact *c = &state->contact[k];
+        stored += taken_up(search, c);
+        if (start[k].hasty && !c->hasty && start[k].mode != NMM_CONTACT_OPEN)
+            pushed += nmm_contact_stored_in(search, &start[k]);
+    }
+    return pushed > 0 ? stored - STORED_TWICE * pushed : -INFINITY;
 }
 
 int nmm_contact_gainer(const nmm_contact_search *search, const nmm_model *model,

@@ -14,7 +14,7 @@ void nmm_contact_keep(const nmm_model *model, const nmm_state *state, nmm_contac
     if (contact->mode == NMM_CONTACT_OPEN) return;
     const double overlap =
         (contact->carried_normal - contact->normal_force) / contact->normal_stiffness;
-    if (overlap < 0 && gap - contact->rest < overlap) contact->rest = gap - overlap;
+    if (overlap <= 0 && gap - contact->rest < overlap) contact->rest = gap - overlap;
     const double slip = (contact->carried_shear - contact->shear_force) / contact->shear_stiffness;
     if (!(fabs(slip) < fabs(contact->slip))) return;
     const double length = nmm_edge_line_of(model, state, contact->edge).length;

@@ -22,6 +22,17 @@ static void find_held(nmm_balance *balance, const nmm_model *model, const nmm_sy
         if (system->fixed[c] != 3) balance->held[model->cover_block[c]] = false;
 }
 
+// By the softest material of each block.
+static void find_stiffness(nmm_balance *balance, const nmm_model *model) {
+    for (int b = 0; b < balance->n_block; b++)
+        balance->stiffness[b] = INFINITY;
+    for (int e = 0; e < model->n_element; e++) {
+        const double modulus = model->material[model->element_material[e]].youngs_modulus;
+        double *stiffness = &balance->stiffness[model->element_block[e]];
+        *stiffness = nmm_min(*stiffness, modulus * model->size / model->height);
+    }
+}
+
 nmm_status nmm_balance_open(nmm_context *context, nmm_balance *balance, const nmm_model *model,
                             const nmm_system *system) {
     const size_t n = (size_t)model->n_block;
@@ -33,9 +44,11 @@ nmm_status nmm_balance_open(nmm_context *context, nmm_balance *balance, const nm
     TRY(nmm_allocate(context, &balance->block, n, sizeof(nmm_balance_sums)));
     TRY(nmm_allocate(context, &balance->whole, n, sizeof(nmm_balance_sums)));
     TRY(nmm_allocate(context, &balance->allowed, n, sizeof(double)));
+    TRY(nmm_allocate(context, &balance->stiffness, n, sizeof(double)));
     TRY(nmm_allocate(context, &balance->exponent, n, sizeof(int)));
     TRY(nmm_allocate(context, &balance->weight, n, sizeof(double)));
     find_held(balance, model, system);
+    find_stiffness(balance, model);
     return NMM_OK;
 }
 
@@ -46,6 +59,7 @@ void nmm_balance_close(nmm_context *context, nmm_balance *balance) {
     nmm_release(context, &balance->block);
     nmm_release(context, &balance->whole);
     nmm_release(context, &balance->allowed);
+    nmm_release(context, &balance->stiffness);
     nmm_release(context, &balance->exponent);
     nmm_release(context, &balance->weight);
 }
@@ -104,8 +118,8 @@ static void add_gaps(nmm_balance *balance, const nmm_model *model, const nmm_sta
             with_shear(model, contact);
         const int a = model->vertex_block[contact->vertex], b = model->vertex_block[contact->edge];
         // What is held has nothing to balance.
-        balance->block[a].rounding += balance->held[a] ? 0 : force;
-        balance->block[b].rounding += balance->held[b] ? 0 : force;
+        balance->block[a].gaps += balance->held[a] ? 0 : force;
+        balance->block[b].gaps += balance->held[b] ? 0 : force;
     }
 }
 
@@ -113,8 +127,10 @@ void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm
                        const nmm_state *state, double h, double reach) {
     const nmm_bsr *K = &system->K;
     const double per_step = 2 / h, per_square = 0.5 * h * h;
-    for (int b = 0; b < balance->n_block; b++)
-        balance->block[b].rounding = 0;
+    for (int b = 0; b < balance->n_block; b++) {
+        nmm_balance_sums *sums = &balance->block[b];
+        sums->rounding = sums->gaps = sums->load = sums->moved = 0;
+    }
     for (int c = 0; c < K->n_row; c++) {
         if (system->fixed != NULL && system->fixed[c] == 3) continue;
         const double *block = K->value + 4 * (long)K->diagonal[c];
@@ -131,11 +147,17 @@ void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm
         const double my = nmm_min(h * fabs(v[1]) + fall * fabs(load[1]), reach);
         const double x = unweighted * block[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);
         const double y = unweighted * block[3] * (fabs(d[1]) + my) + inertia * fabs(v[1]);
-        balance->block[model->cover_block[c]].rounding += x * x + y * y;
+        nmm_balance_sums *sums = &balance->block[model->cover_block[c]];
+        sums->rounding += x * x + y * y;
+        sums->load += square(load[0]) + square(load[1]);
+        sums->moved += square(d[0]) + square(d[1]);
     }
     add_gaps(balance, model, state);
-    for (int b = 0; b < balance->n_block; b++)
-        balance->block[b].rounding *= DBL_EPSILON * DBL_EPSILON;
+    for (int b = 0; b < balance->n_block; b++) {
+        nmm_balance_sums *block = &balance->block[b];
+        block->gaps *= square(DBL_EPSILON);
+        block->rounding = square(DBL_EPSILON) * block->rounding + block->gaps;
+    }
 }
 
 // --- What is left
@@ -168,23 +190,30 @@ static double excess(double left, double allowed) {
     return quotient == quotient ? quotient : INFINITY;
 }
 
+double nmm_balance_allowed(const nmm_balance *balance, int b, double tolerance) {
+    const nmm_balance_sums *block = &balance->block[b];
+    const int first = balance->group[b];
+    const nmm_balance_sums *whole = &balance->whole[first];
+    // In a group of equal blocks one of them may have what the group may have together.
+    const double scale = nmm_min(balance->count[first] * block->force, whole->force);
+    // Weights end there, and what is less beside the others is their rounding.
+    const double in_all = tolerance * sqrt(whole->force) + sqrt(whole->rounding);
+    const double least = block->force > 0 ? ldexp(in_all, -MOST_BITS) : 0;
+    return tolerance * sqrt(scale) + sqrt(block->rounding) + least;
+}
+
 double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                             const double *left, double tolerance) {
     add_covers(balance, system, model, left);
     add_blocks(balance);
     double worst = 0;
     for (int b = 0; b < balance->n_block; b++) {
-        const nmm_balance_sums *block = &balance->block[b];
-        const int first = balance->group[b];
-        const nmm_balance_sums *whole = &balance->whole[first];
-        // In a group of equal blocks one of them may have what the group may have together.
-        const double scale = nmm_min(balance->count[first] * block->force, whole->force);
+        const nmm_balance_sums *whole = &balance->whole[b];
+        balance->allowed[b] = nmm_balance_allowed(balance, b, tolerance);
+        const double of_block = excess(balance->block[b].left, balance->allowed[b]);
+        // Of the group that begins here.
         const double in_all = tolerance * sqrt(whole->force) + sqrt(whole->rounding);
-        // Weights end there, and what is less beside the others is their rounding.
-        const double least = block->force > 0 ? ldexp(in_all, -MOST_BITS) : 0;
-        balance->allowed[b] = tolerance * sqrt(scale) + sqrt(block->rounding) + least;
-        const double of_block = excess(block->left, balance->allowed[b]);
-        const double of_group = first == b ? excess(whole->left, in_all) : 0;
+        const double of_group = balance->group[b] == b ? excess(whole->left, in_all) : 0;
         worst = nmm_max(worst, nmm_max(of_block, of_group));
     }
     return worst;
@@ -195,11 +224,18 @@ double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const n
     return nmm_balance_worst_of(balance, system, model, system->residual, tolerance);
 }
 
+// Forces that rounding is compared with, by their square.
+static double acting(const nmm_balance *balance, int b) {
+    const nmm_balance_sums *block = &balance->block[b];
+    const double strained = square(balance->stiffness[b]) * block->moved;
+    return block->load > 0 ? block->force : nmm_max(block->force, strained);
+}
+
 bool nmm_balance_clouded(const nmm_balance *balance, double tolerance, double rounding) {
     for (int b = 0; b < balance->n_block; b++) {
         const nmm_balance_sums *block = &balance->block[b];
         if (block->force > 0 &&
-            square(rounding) * block->rounding > square(tolerance) * block->force)
+            square(rounding) * block->gaps > square(tolerance) * acting(balance, b))
             return true;
     }
     return false;

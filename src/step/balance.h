@@ -18,7 +18,10 @@ typedef struct nmm_balance_sums {
     double force;    // all forces, taken before they cancel
     double left;     // what does not balance
     double rounding; // what rounding leaves, next to the forces that make the sum up
+    double gaps;     // the part of it that springs of contacts make of places
     double way;      // of the covers in a change [m2]
+    double load;
+    double moved; // displacements of the covers [m2]
 } nmm_balance_sums;
 
 typedef struct nmm_balance {
@@ -29,6 +32,7 @@ typedef struct nmm_balance {
     nmm_balance_sums *block; // [n_block]
     nmm_balance_sums *whole; // [n_block] of the group that begins here
     double *allowed;         // [n_block] N
+    double *stiffness;       // [n_block] N/m, against a strain over the whole scene
     int *exponent;           // [n_block] rows and columns of the linear system times 2^exponent
     double *weight;          // [n_block] 2^exponent
     bool weighted;           // some exponent is not 0
@@ -57,7 +61,12 @@ double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const n
 double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                             const double *left, double tolerance);
 
-/// Is what so many times the rounding leaves of a block more than the tolerance allows it?
+/// What may be left of the forces of a block, by the sums of the last call [N].
+double nmm_balance_allowed(const nmm_balance *balance, int block, double tolerance);
+
+/// Is what so many times the rounding of places leaves in the contacts of a block more than the
+/// tolerance allows it? Where nothing acts any more next to the forces that its displacements would
+/// make as strains.
 bool nmm_balance_clouded(const nmm_balance *balance, double tolerance, double rounding);
 
 /// Weights of the blocks in linear systems, from what is allowed; not `wanted`: none.

@@ -158,6 +158,11 @@ static element_sums sum_elements(const nmm_sim *sim, double h) {
     return total;
 }
 
+double nmm_ledger_lost_in_bodies(const nmm_sim *sim) {
+    const element_sums sums = sum_elements(sim, 0);
+    return sums.inner - (sums.strain - sim->strain);
+}
+
 // --- Supports, contacts, loads
 
 // Energy in the springs of supports.

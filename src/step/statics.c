@@ -45,14 +45,14 @@ static double share_of(const nmm_sim *sim, int block) {
     return sums->force > 0 ? sqrt(sums->left / sums->force) : 0;
 }
 
-// Of the blocks whose own forces do not balance the one whose element moved furthest since the
-// start, how far and where to; -1: all balance.
-static int furthest_block(const nmm_sim *sim, nmm_vec2 *way) {
+// Of the blocks of whose own forces more than a part does not balance the one whose element moved
+// furthest since the start, how far and where to; -1: all balance.
+static int furthest_block(const nmm_sim *sim, double part, nmm_vec2 *way) {
     const nmm_model *model = &sim->model;
     int furthest = -1;
     double most = -1;
     for (int e = 0; e < model->n_element; e++) {
-        if (share_of(sim, model->element_block[e]) <= BALANCED) continue;
+        if (share_of(sim, model->element_block[e]) <= part) continue;
         nmm_vec2 d = {0, 0};
         for (int i = 0; i < 3; i++) {
             const int c = model->element_cover[model->n_local * e + i];
@@ -178,14 +178,34 @@ void nmm_say_clouded(const nmm_sim *sim, char *text, size_t size) {
              stiffest);
 }
 
+// Who is not in balance, and where it went: slowly driven, or it would have been called free. What
+// is rounding leads nowhere.
+static void say_unbalanced(const nmm_sim *sim, double share, bool clouded, char *text,
+                           size_t size) {
+    nmm_vec2 way = {0, 0};
+    const int block = furthest_block(sim, sim->settings.tolerance, &way);
+    const double far = sqrt(nmm_vec2_dot(way, way));
+    if (clouded || block < 0 || far == 0) {
+        snprintf(text, size, "forces of %.2g times those that act are still not balanced", share);
+        return;
+    }
+    char name[100];
+    name_block(&sim->model, block, name, sizeof name);
+    snprintf(text, size,
+             "%s went %.3g m along (%.2f, %.2f) and forces of %.2g times those that act are still "
+             "not balanced",
+             name, far, way.x / far, way.y / far, share_of(sim, block));
+}
+
 static void say_unsettled(nmm_sim *sim, double share, bool stands) {
-    char what[80] = "supports still give way", why[160] = "";
-    if (sim->overlaps)
-        snprintf(what, sizeof what, "%.79s", sim->report.reason);
-    else if (stands)
-        snprintf(what, sizeof what, "forces of %.2g times those that act are still not balanced",
-                 share);
+    char what[240], why[160] = "";
     if (sim->system.cover_give == NULL) nmm_say_clouded(sim, why, sizeof why);
+    if (sim->overlaps)
+        snprintf(what, sizeof what, "%.239s", sim->report.reason);
+    else if (stands)
+        say_unbalanced(sim, share, why[0] != 0, what, sizeof what);
+    else
+        nmm_supports_say(sim, what, sizeof what);
     snprintf(sim->report.reason, sizeof sim->report.reason, "after %ld steps %s%s", sim->state.step,
              what, why);
 }
@@ -210,7 +230,7 @@ void nmm_static_judge(nmm_sim *sim, double h) {
         return;
     }
     nmm_vec2 way = {0, 0};
-    const int block = furthest_block(sim, &way);
+    const int block = furthest_block(sim, BALANCED, &way);
     const bool clouded = is_clouded(sim, sim->settings.tolerance, NMM_GAP_ROUNDING);
     sim->n_free = block >= 0 && is_free(sim, way, stored) ? sim->n_free + 1 : 0;
     if (sim->n_free >= FREE_STEPS) {

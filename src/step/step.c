@@ -14,6 +14,9 @@
 #define GROW 1.3
 #define GROW_STATIC 2
 
+// Energy over the largest of the run, from which on it matters that overlaps gained it.
+#define PUSHED 1e-3
+
 // Elements below this part of the mean area are slivers.
 #define SLIVER 1e-6
 
@@ -316,9 +319,22 @@ static bool may_be_gentle(const nmm_sim *sim, nmm_try outcome) {
     return in_vain && sim->stiff && !sim->gentle;
 }
 
+// Overlaps of short steps that the first long one pushes out, against the inertia of a whole block
+// or another corner that is wedged in: a work of any size that nothing has stored.
+static bool must_keep_overlaps(const nmm_sim *sim) {
+    if (sim->spring_overlaps != NMM_OVERLAPS_GO || sim->system.cover_give == NULL) return false;
+    if (sim->search == NULL) return false;
+    const double stored = nmm_contact_pushed(sim->search, &sim->state, sim->start_contact);
+    const double gained = nmm_ledger_contact_work(sim) + stored - sim->contact_energy.elastic;
+    const double most = PUSHED * sim->summary.ledger.largest;
+    // What bodies lose to the scheme in the same step they would have lost with less to lose.
+    return gained > most && gained - nmm_ledger_lost_in_bodies(sim) > most;
+}
+
 // Tries until one settles; *h is its length. report->end tells when none did.
 static nmm_status settle_step(nmm_sim *sim, double *h) {
     nmm_step_report *report = &sim->report;
+    sim->spring_overlaps = sim->settings.is_static ? NMM_OVERLAPS_AT_REST : NMM_OVERLAPS_GO;
     for (sim->gentle = false;;) {
         nmm_try outcome = NMM_TRY_SETTLED;
         TRY(nmm_step_try(sim, *h, &outcome));
@@ -332,7 +348,11 @@ static nmm_status settle_step(nmm_sim *sim, double *h) {
             outcome = NMM_TRY_INSIDE_OUT;
             say_inside_out(sim, inside_out);
         }
-        if (outcome == NMM_TRY_SETTLED) return NMM_OK;
+        if (outcome == NMM_TRY_SETTLED && !must_keep_overlaps(sim)) return NMM_OK;
+        if (outcome == NMM_TRY_SETTLED) {
+            sim->spring_overlaps = NMM_OVERLAPS_STAY;
+            continue;
+        }
         sim->gentle = may_be_gentle(sim, outcome);
         if (sim->gentle) continue;
         *h = shorter(sim, *h, outcome);

@@ -204,6 +204,7 @@ struct nmm_sim {
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
     nmm_contact *start_contact;
+    nmm_overlaps spring_overlaps; // what becomes of them in this try
     bool gentle; // springs of augmented contacts have the least stiffness in this try
     bool stiff;  // some had more in the last one
     int start_capacity;
@@ -253,6 +254,9 @@ bool nmm_supports_raise(nmm_sim *sim, const nmm_step_state *step, bool alone);
 
 /// Do supports stand where they should at the time `end`, in the state as it is?
 bool nmm_supports_stand(nmm_sim *sim, double end);
+
+/// Which of them does so least, after the last look, in words.
+void nmm_supports_say(const nmm_sim *sim, char *text, size_t size);
 
 /// Youngs modulus over density, the square of a wave's speed, [m2/s2]: smallest and largest.
 void nmm_wave_squares(const nmm_model *model, double *slowest, double *fastest);
@@ -304,6 +308,9 @@ void nmm_watch_step(nmm_sim *sim, const nmm_losses *losses);
 
 /// What passed its limit, in words, into summary.ledger.
 void nmm_watch_tell(nmm_sim *sim);
+
+/// What the scheme loses in the bodies in this try [J]: the first bracket of eq. (4.10).
+double nmm_ledger_lost_in_bodies(const nmm_sim *sim);
 
 /// Energies that an element stores in the state as it is, strain [J].
 double nmm_ledger_strain(const nmm_sim *sim, int element);

@@ -8,6 +8,7 @@
 #include "step.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 // Groups that bear next to nothing count as bearing this part of the largest force on blocks that
@@ -85,32 +86,61 @@ static void measure_groups(nmm_sim *sim, double end) {
     }
 }
 
-// Force that the distances of a group are compared with.
+// Force that the distances of a group are compared with. In statics no less than makes the share
+// what the balance leaves: where no group bears anything springs hold that, one way in one round
+// and another in the next.
 static double force_of(const nmm_sim *sim, const nmm_support_group *group) {
-    const double least = sim->raising.n_late < LATE ? LEAST_FORCE : LEAST_FORCE_LATE;
-    return nmm_max(group->force, least * sim->raising.largest[sim->balance.group[group->block]]);
+    const double part = sim->raising.n_late < LATE ? LEAST_FORCE : LEAST_FORCE_LATE;
+    const double least = part * sim->raising.largest[sim->balance.group[group->block]];
+    const double force = nmm_max(group->force, least);
+    if (!sim->settings.is_static) return force;
+    const double left = nmm_balance_allowed(&sim->balance, group->block, sim->settings.tolerance);
+    return nmm_max(force, left / NMM_SUPPORT_SHARE);
 }
 
-// Is the mean distance small, next to the scene and to what the springs would give under the whole
-// force?
-static bool stands(const nmm_sim *sim, const nmm_support_group *group) {
+// The mean distance, next to the scene and to what the springs would give under the whole force,
+// over what it may be.
+static double excess_of(const nmm_sim *sim, const nmm_support_group *group) {
     const double error = larger(group->error), height = sim->model.height;
-    if (error > 0.1 * sim->settings.tolerance * height) return false;
-    const double force = force_of(sim, group);
+    const double of_place = error / (0.1 * sim->settings.tolerance * height);
+    if (error <= 1e-14 * height) return of_place;
     const bool rests = sim->settings.is_static;
     const double share = rests ? NMM_SUPPORT_SHARE : NMM_SUPPORT_SHARE_MOVING;
-    return error <= 1e-14 * height || group->stiffness * error <= share * force;
+    const double of_force = group->stiffness * error / (share * force_of(sim, group));
+    return nmm_max(of_place, of_force);
 }
 
 static bool all_stand(const nmm_sim *sim) {
     for (int g = 0; g < sim->model.n_support_group; g++)
-        if (!stands(sim, &sim->raising.group[g])) return false;
+        if (excess_of(sim, &sim->raising.group[g]) > 1) return false;
     return true;
 }
 
 bool nmm_supports_stand(nmm_sim *sim, double end) {
     measure_groups(sim, end);
     return all_stand(sim);
+}
+
+// The middle of a group as the scene has it.
+static nmm_vec2 middle_of(const nmm_model *model, int group) {
+    nmm_vec2 sum = {0, 0};
+    int n = 0;
+    for (int s = 0; s < model->n_support; s++) {
+        if (model->support[s].group != group) continue;
+        sum = nmm_vec2_add(sum, model->support[s].place);
+        n += 1;
+    }
+    return nmm_vec2_add(model->origin, nmm_vec2_scale(1 / (double)n, sum));
+}
+
+void nmm_supports_say(const nmm_sim *sim, char *text, size_t size) {
+    const nmm_support_group *group = sim->raising.group;
+    int worst = 0;
+    for (int g = 1; g < sim->model.n_support_group; g++)
+        if (excess_of(sim, &group[g]) > excess_of(sim, &group[worst])) worst = g;
+    const nmm_vec2 place = middle_of(&sim->model, worst);
+    snprintf(text, size, "the support near (%.6g, %.6g) still gives way, by %.2g m", place.x,
+             place.y, larger(group[worst].error));
 }
 
 // --- A round

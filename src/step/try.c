@@ -575,7 +575,7 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     sim->overlaps = false;
     restore_start(sim);
     sim->stiff = nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h, sim->gentle,
-                                    sim->settings.is_static);
+                                    sim->spring_overlaps);
     begin_move(sim, h, step.end);
     // Carried forces remember the way that passes take, and statics have many equilibria. Under
     // loads that set in at once bodies that touch may part anywhere: large slopes then found no

@@ -222,7 +222,8 @@ static nmm_status run_all(nmm_bench *bench) {
         outcome out;
         if (!nmm_bench_goes_on(bench, "trade: run %d of %d, %s", k + 1, trade->n_setting, words))
             return NMM_OK;
-        const bool is_ladder = is_mesh_or_time(knob) || knob == NMM_TRADE_ORDER;
+        const bool is_ladder =
+            is_mesh_or_time(knob) || knob == NMM_TRADE_ORDER || knob == NMM_TRADE_SCHEME;
         if (is_ladder &&
             (setting->factor <= too_long[knob] || setting->factor < too_long[NMM_TRADE_SCENE])) {
             TRY(put_left_out(bench, setting));

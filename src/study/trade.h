@@ -82,6 +82,7 @@ struct nmm_trade {
     nmm_trade_knob ladder;                 // that the reference comes from; NMM_TRADE_SCENE: none
     bool too_long;                         // some run was
     int reference_row;                     // a run that is the reference itself; -1: none
+    const char *unseen;                    // what the reference knows nothing of: "dt, scheme"
     nmm_trade_result result;
 };
 
@@ -98,6 +99,19 @@ void nmm_trade_read(const nmm_trade *trade, const nmm_sim *sim, double value[3])
 
 /// All settings, the scene's own first, each ladder from coarse to fine. NMM_ERROR_ARGUMENT.
 nmm_status nmm_trade_find_settings(nmm_bench *bench);
+
+/// Length of a quantity, and of what two of them differ by.
+double nmm_trade_size(const nmm_trade *trade, const double *a);
+double nmm_trade_distance(const nmm_trade *trade, const double *a, const double *b);
+
+/// Completed runs of a knob and the scene's own, from coarse to fine.
+typedef struct nmm_trade_ladder {
+    int n, row[NMM_TRADE_SETTINGS];
+} nmm_trade_ladder;
+nmm_trade_ladder nmm_trade_find_ladder(const nmm_bench *bench, nmm_trade_knob knob);
+
+/// The reference, how well it is known, what nobody asked; notes on them.
+nmm_status nmm_trade_find_reference(nmm_bench *bench);
 
 /// Reference, errors, Pareto set, the cheapest with the error wanted, and notes on them.
 nmm_status nmm_trade_conclude(nmm_bench *bench);

@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// What follows from the runs of a trade: the reference, the errors, the Pareto set, the cheapest
+// What follows from the runs of a trade and its reference: the errors, the Pareto set, the cheapest
 // setting with the error wanted.
 //
-// Reference: the closed form; else Richardson's extrapolation of the last three runs of a ladder
-// that converges regularly; else the finest run. By how much a reference may itself be wrong is
-// told, and an error wanted below that is refused: nobody could tell whether it is reached.
+// What a setting is said to have is its error and how well the reference is known. A setting that
+// some knob, turned finer by itself, moves by more than what is wanted is near by luck only.
 
 #include "trade.h"
 
 #include <math.h>
 #include <string.h>
-
-/// Differences of three runs count as regular where they point the same way and shrink so.
-#define SAME_WAY 0.9
-#define LEAST_RATIO 1.4
-#define MOST_RATIO 64
 
 /// An error that is so many times that of a coarser run is worth a word.
 #define GROWS 1.1
@@ -23,187 +17,16 @@
 /// An error at most so many times another one is no worse, where it takes less time.
 #define NEARLY 1.05
 
-// --- Vectors
-
-static double dot(const nmm_trade *trade, const double *a, const double *b) {
-    double sum = 0;
-    for (int k = 0; k < trade->quantity.width; k++)
-        sum += a[k] * b[k];
-    return sum;
-}
-
-static double size_of(const nmm_trade *trade, const double *a) {
-    return sqrt(dot(trade, a, a));
-}
-
-static double distance(const nmm_trade *trade, const double *a, const double *b) {
-    double difference[3] = {0};
-    for (int k = 0; k < trade->quantity.width; k++)
-        difference[k] = a[k] - b[k];
-    return size_of(trade, difference);
-}
-
-// --- The reference
-
-/// Completed runs of a ladder, from coarse to fine.
-typedef struct ladder {
-    int n, row[NMM_TRADE_SETTINGS];
-} ladder;
-
-static ladder find_ladder(const nmm_bench *bench, nmm_trade_knob knob) {
-    ladder l = {0};
-    for (int i = 0; i < bench->n_row; i++) {
-        const nmm_trade_row *row = &bench->trade->row[i];
-        const nmm_trade_knob own = row->setting->knob;
-        if (!row->completed || (own != knob && own != NMM_TRADE_SCENE)) continue;
-        int at = l.n++;
-        for (; at > 0; at--) {
-            const nmm_trade_row *before = &bench->trade->row[l.row[at - 1]];
-            if (before->setting->factor >= row->setting->factor) break;
-            l.row[at] = l.row[at - 1];
-        }
-        l.row[at] = i;
-    }
-    return l;
-}
-
-// True: the last three runs of the ladder converge regularly; the reference is set.
-static bool extrapolate(nmm_trade *trade, const ladder *l, double *order) {
-    if (l->n < 3) return false;
-    const nmm_trade_row *row[3];
-    for (int k = 0; k < 3; k++)
-        row[k] = &trade->row[l->row[l->n - 3 + k]];
-    const double ratio = row[1]->setting->factor / row[2]->setting->factor;
-    if (fabs(row[0]->setting->factor / row[1]->setting->factor - ratio) > 1e-6) return false;
-    double first[3], last[3];
-    for (int k = 0; k < 3; k++) {
-        first[k] = row[1]->value[k] - row[0]->value[k];
-        last[k] = row[2]->value[k] - row[1]->value[k];
-    }
-    const double a = size_of(trade, first), b = size_of(trade, last);
-    if (!(b > 0) || dot(trade, first, last) < SAME_WAY * a * b) return false;
-    if (a < LEAST_RATIO * b || a > MOST_RATIO * b) return false;
-    nmm_trade_result *result = &trade->result;
-    for (int k = 0; k < 3; k++)
-        result->reference[k] = row[2]->value[k] + last[k] / (a / b - 1);
-    const double size = size_of(trade, result->reference);
-    if (!(size > 0)) return false;
-    *order = log(a / b) / log(ratio);
-    result->unsure = distance(trade, result->reference, row[2]->value) / size;
-    result->source = "extrapolated";
-    return true;
-}
-
-// True: there are two runs to compare; the finer one is the reference.
-static bool take_finest(nmm_bench *bench, const ladder *l) {
-    nmm_trade *trade = bench->trade;
-    if (l->n < 2) return false;
-    const int at = l->row[l->n - 1];
-    const nmm_trade_row *last = &trade->row[at], *before = &trade->row[l->row[l->n - 2]];
-    const double size = size_of(trade, last->value);
-    if (!(size > 0)) return false;
-    memcpy(trade->result.reference, last->value, sizeof last->value);
-    trade->result.unsure = distance(trade, last->value, before->value) / size;
-    trade->result.source = "finest run";
-    trade->reference_row = at;
-    return true;
-}
-
-// Ladders by what they say about the answer.
-static const nmm_trade_knob ladders[] = {NMM_TRADE_BOTH,      NMM_TRADE_SIZE,   NMM_TRADE_DT,
-                                         NMM_TRADE_TOLERANCE, NMM_TRADE_SOLVER, NMM_TRADE_PENALTY};
-enum { N_LADDER = sizeof ladders / sizeof *ladders, N_REGULAR = 3 };
-
-static nmm_status say_reference(nmm_bench *bench, const char *how) {
-    const nmm_trade *trade = bench->trade;
-    const nmm_trade_result *result = &trade->result;
-    char value[128] = "";
-    for (int k = 0; k < result->width; k++) {
-        const size_t used = strlen(value);
-        snprintf(value + used, sizeof value - used, "%s%.7g", k > 0 ? ", " : "",
-                 result->reference[k]);
-    }
-    return nmm_bench_remark(bench, "Error: difference of %s at the end from %s %s, %s.",
-                            result->quantity, value, result->unit, how);
-}
-
-// What a ladder cannot see.
-static const char *unseen(const nmm_trade *trade, nmm_trade_knob knob) {
-    if (knob == NMM_TRADE_BOTH || (knob == NMM_TRADE_SIZE && trade->scene.is_static)) return "";
-    if (knob == NMM_TRADE_SIZE) return "; the error of dt is not in it";
-    if (knob == NMM_TRADE_DT) return "; the error of the mesh is not in it";
-    return "; errors of mesh and dt are not in it";
-}
-
-static nmm_status find_reference(nmm_bench *bench) {
-    nmm_trade *trade = bench->trade;
-    nmm_trade_result *result = &trade->result;
-    double order = 0;
-    const char *how = NULL;
-    trade->reference_row = -1;
-    if (trade->has_expectation) {
-        memcpy(result->reference, trade->expectation, sizeof result->reference);
-        result->source = "closed form";
-        return say_reference(bench, "the value given");
-    }
-    for (int k = 0; k < N_REGULAR; k++) {
-        const ladder l = find_ladder(bench, ladders[k]);
-        if (!extrapolate(trade, &l, &order)) continue;
-        trade->ladder = ladders[k];
-        TRY(nmm_bench_words(bench, &how,
-                            "extrapolated from the last three runs of %s, which converge with "
-                            "order %.1f; the finest of them differs by %.2g %%%s",
-                            nmm_trade_knob_name((int)ladders[k]), order, 100 * result->unsure,
-                            unseen(trade, ladders[k])));
-        return say_reference(bench, how);
-    }
-    for (int k = 0; k < N_LADDER; k++) {
-        const ladder l = find_ladder(bench, ladders[k]);
-        if (!take_finest(bench, &l)) continue;
-        trade->ladder = ladders[k];
-        TRY(nmm_bench_words(bench, &how,
-                            "the finest run of %s; runs do not converge regularly, and the one "
-                            "before differs by %.2g %%%s",
-                            nmm_trade_knob_name((int)ladders[k]), 100 * result->unsure,
-                            unseen(trade, ladders[k])));
-        return say_reference(bench, how);
-    }
-    return nmm_bench_remark(bench, "Errors are not known: no ladder of size, dt, tolerance or "
-                                   "penalty has two runs that completed, and no closed form was "
-                                   "given; turn size or dt as well, or say --expect.");
-}
-
-// The run of the highest other order on the scene's own mesh knows nothing of a ladder of meshes:
-// where it is elsewhere, the reference is not known better than that. A ladder of time has another
-// dt in the end.
-static nmm_status check_by_order(nmm_bench *bench) {
-    nmm_trade *trade = bench->trade;
-    nmm_trade_result *result = &trade->result;
-    int other = -1;
-    for (int i = 0; i < bench->n_row; i++) {
-        const nmm_trade_setting *setting = trade->row[i].setting;
-        if (trade->row[i].completed && setting->knob == NMM_TRADE_ORDER && setting->factor == 1)
-            other = i;
-    }
-    const double size = size_of(trade, result->reference);
-    if (other < 0 || trade->ladder != NMM_TRADE_SIZE || !(size > 0)) return NMM_OK;
-    const double away = distance(trade, trade->row[other].value, result->reference) / size;
-    if (!(away > result->unsure)) return NMM_OK;
-    result->unsure = away;
-    return nmm_bench_remark(bench, "The run with %s is %.2g %% away from that.",
-                            nmm_bench_text(bench, other, NMM_TRADE_COLUMN_SETTING), 100 * away);
-}
-
 // --- Errors and Pareto set
 
 static nmm_status put_errors(nmm_bench *bench) {
     nmm_trade *trade = bench->trade;
-    const double size = size_of(trade, trade->result.reference);
+    const double size = nmm_trade_size(trade, trade->result.reference);
     if (trade->result.source == NULL || !(size > 0)) return NMM_OK;
     for (int i = 0; i < bench->n_row; i++) {
         nmm_trade_row *row = &trade->row[i];
         if (!row->completed) continue;
-        const double error = distance(trade, row->value, trade->result.reference) / size;
+        const double error = nmm_trade_distance(trade, row->value, trade->result.reference) / size;
         // The reference has no error of its own to show.
         if (i == trade->reference_row) {
             TRY(nmm_bench_keep(bench, &nmm_bench_cell_of(bench, i, NMM_TRADE_COLUMN_END)->text,
@@ -257,7 +80,7 @@ static nmm_status say_pareto(nmm_bench *bench) {
     const double unsure = bench->trade->result.unsure;
     if (unsure > 0)
         TRY(nmm_bench_remark(bench,
-                             "Errors below %.2g %% are the same: so far the reference is "
+                             "Errors below %.3g %% are the same: so far the reference is "
                              "known.",
                              100 * unsure));
     TRY(nmm_bench_remark(bench, "Pareto set, nothing is both faster and nearer:"));
@@ -269,11 +92,16 @@ static nmm_status say_pareto(nmm_bench *bench) {
     return NMM_OK;
 }
 
+// Ladders on which a finer run ought to be nearer, size and dt first.
+static const nmm_trade_knob ladders[] = {NMM_TRADE_BOTH,      NMM_TRADE_SIZE,   NMM_TRADE_DT,
+                                         NMM_TRADE_TOLERANCE, NMM_TRADE_SOLVER, NMM_TRADE_PENALTY};
+enum { N_LADDER = sizeof ladders / sizeof *ladders, N_REFINED = 3 };
+
 // A finer mesh or step that is further off: then errors cancelled in the coarser run.
 static nmm_status say_cancelling(nmm_bench *bench) {
     const nmm_trade *trade = bench->trade;
-    for (int k = 0; k < N_REGULAR; k++) {
-        const ladder l = find_ladder(bench, ladders[k]);
+    for (int k = 0; k < N_REFINED; k++) {
+        const nmm_trade_ladder l = nmm_trade_find_ladder(bench, ladders[k]);
         for (int i = 1; i < l.n; i++) {
             const double coarse = trade->row[l.row[i - 1]].error, fine = trade->row[l.row[i]].error;
             if (!(fine > GROWS * coarse) || !(fine > 2 * trade->result.unsure)) continue;
@@ -314,27 +142,74 @@ static nmm_status put_choice(nmm_bench *bench, const nmm_trade_setting *setting)
     return nmm_bench_words(bench, &bench->trade->result.lines, "%s%s", lines, end);
 }
 
-// A finer run of the same ladder is further off than what is wanted: this one is near by luck.
-static bool is_luck(const nmm_bench *bench, int i, double want) {
+// Which factor of a ladder a setting has; 0: the runs of that ladder say nothing of it. Whoever
+// turns another knob keeps the scene's own size, step, tolerances and penalty.
+static double factor_on(const nmm_trade_setting *setting, nmm_trade_knob ladder) {
+    const nmm_trade_knob knob = setting->knob;
+    const bool of_size = ladder == NMM_TRADE_SIZE || ladder == NMM_TRADE_BOTH;
+    const bool of_time = ladder == NMM_TRADE_DT || ladder == NMM_TRADE_BOTH;
+    if (knob == ladder) return setting->factor;
+    if (of_size && (knob == NMM_TRADE_ORDER || knob == NMM_TRADE_MESH)) return 0;
+    if (of_time && knob == NMM_TRADE_SCHEME) return 0;
+    if (knob == NMM_TRADE_BOTH && (of_size || of_time)) return setting->factor;
+    if (ladder == NMM_TRADE_BOTH && (knob == NMM_TRADE_SIZE || knob == NMM_TRADE_DT)) return 0;
+    return 1;
+}
+
+// Does a finer run of the ladder move the answer by more than what is wanted? In the setting's own
+// ladder it may not be further off than that either.
+static bool is_moved(const nmm_bench *bench, int i, const nmm_trade_ladder *l, double factor) {
     const nmm_trade *trade = bench->trade;
-    for (int k = 0; k < N_REGULAR; k++) {
-        const ladder l = find_ladder(bench, ladders[k]);
-        int at = 0;
-        while (at < l.n && l.row[at] != i)
-            at += 1;
-        for (int finer = at + 1; finer < l.n; finer++)
-            if (trade->row[l.row[finer]].error > want) return true;
+    const double most = trade->def.want, size = nmm_trade_size(trade, trade->result.reference);
+    int at = 0;
+    while (at < l->n && trade->row[l->row[at]].setting->factor != factor)
+        at += 1;
+    for (int finer = at + 1; finer < l->n; finer++) {
+        const nmm_trade_row *own = &trade->row[l->row[at]], *other = &trade->row[l->row[finer]];
+        if (l->row[at] == i && other->error > most) return true;
+        if (nmm_trade_distance(trade, own->value, other->value) > most * size) return true;
     }
     return false;
 }
 
-// The fastest with the error wanted, and not by luck.
-static int find_cheapest(const nmm_bench *bench, double want) {
+// The scene itself is the finer run of a looser precision; another order or scheme has a ladder of
+// its own.
+static bool is_finer_off(const nmm_bench *bench, int i) {
+    const nmm_trade *trade = bench->trade;
+    const nmm_trade_setting *own = trade->row[i].setting;
+    const double want = trade->def.want;
+    if (own->knob == NMM_TRADE_PRECISION && trade->scene.precision != NMM_SCENE_MIXED)
+        return trade->row[0].error > want;
+    const bool has_ladder = own->knob == NMM_TRADE_ORDER || own->knob == NMM_TRADE_SCHEME;
+    for (int k = 0; has_ladder && k < bench->n_row; k++) {
+        const nmm_trade_setting *other = trade->row[k].setting;
+        if (other->knob != own->knob || strcmp(other->override[0], own->override[0]) != 0) continue;
+        if (other->factor < own->factor && trade->row[k].error > want) return true;
+    }
+    return false;
+}
+
+// Near by luck: with one knob finer the answer is elsewhere.
+static bool is_luck(const nmm_bench *bench, int i) {
+    const nmm_trade_setting *setting = bench->trade->row[i].setting;
+    for (int k = 0; k < N_LADDER; k++) {
+        const nmm_trade_ladder l = nmm_trade_find_ladder(bench, ladders[k]);
+        const double factor = factor_on(setting, ladders[k]);
+        if (factor > 0 && is_moved(bench, i, &l, factor)) return true;
+    }
+    return is_finer_off(bench, i);
+}
+
+// The fastest with the error wanted, also if the reference is as wrong as it may be, and not by
+// luck.
+static int find_cheapest(const nmm_bench *bench) {
+    const nmm_trade *trade = bench->trade;
+    const double most = trade->def.want - trade->result.unsure;
     int cheapest = -1;
     for (int i = 0; i < bench->n_row; i++) {
-        const nmm_trade_row *row = &bench->trade->row[i];
-        if (!(row->error <= want) || is_luck(bench, i, want)) continue;
-        if (cheapest < 0 || row->seconds < bench->trade->row[cheapest].seconds) cheapest = i;
+        const nmm_trade_row *row = &trade->row[i];
+        if (!(row->error <= most) || is_luck(bench, i)) continue;
+        if (cheapest < 0 || row->seconds < trade->row[cheapest].seconds) cheapest = i;
     }
     return cheapest;
 }
@@ -348,14 +223,19 @@ static nmm_status explain_none(nmm_bench *bench, double want) {
         return nmm_bench_words(bench, &trade->result.why,
                                "no error is known: too few runs completed to compare%s",
                                trade->too_long ? "; give them longer (--longest)" : "");
-    if (least <= want)
+    const double unsure = trade->result.unsure;
+    if (least + unsure <= want)
         return nmm_bench_words(bench, &trade->result.why,
-                               "settings come within %.3g %% by luck only: finer mesh or steps "
-                               "are further off",
+                               "settings come within %.3g %% by luck only: with one knob finer "
+                               "the answer moves further",
                                100 * want);
+    const char *more = "";
+    if (unsure > 0)
+        TRY(nmm_bench_words(bench, &more, ", of a reference that is known to %.3g %%",
+                            100 * unsure));
     return nmm_bench_words(bench, &trade->result.why,
-                           "no setting comes within %.3g %%; the nearest has %.3g %%", 100 * want,
-                           100 * least);
+                           "no setting comes within %.3g %%; the nearest has %.3g %%%s", 100 * want,
+                           100 * least, more);
 }
 
 static nmm_status choose(nmm_bench *bench) {
@@ -363,19 +243,23 @@ static nmm_status choose(nmm_bench *bench) {
     nmm_trade_result *result = &trade->result;
     const double want = trade->def.want;
     if (!(want > 0)) return NMM_OK;
+    if (trade->unseen[0] != 0)
+        return nmm_bench_words(bench, &result->why,
+                               "an error of %.3g %% cannot be told: no run that completed says "
+                               "what is due to %s; turn that as well, or give a closed form",
+                               100 * want, trade->unseen);
     if (result->unsure > want)
         return nmm_bench_words(bench, &result->why,
                                "an error of %.3g %% cannot be told: the reference is known to "
                                "%.3g %% only; give a closed form, or begin with a finer scene",
                                100 * want, 100 * result->unsure);
-    result->cheapest = find_cheapest(bench, want);
+    result->cheapest = find_cheapest(bench);
     if (result->cheapest < 0) return explain_none(bench, want);
     return put_choice(bench, trade->row[result->cheapest].setting);
 }
 
 nmm_status nmm_trade_conclude(nmm_bench *bench) {
-    TRY(find_reference(bench));
-    TRY(check_by_order(bench));
+    TRY(nmm_trade_find_reference(bench));
     TRY(put_errors(bench));
     TRY(find_pareto(bench));
     TRY(say_pareto(bench));

@@ -58,7 +58,7 @@ static nmm_status take_series(nmm_bench *bench, int group, nmm_chart_series *ser
 static nmm_status say_subtitle(nmm_bench *bench, const char **words) {
     const nmm_trade_result *result = &bench->trade->result;
     if (!(result->unsure > 0)) return nmm_bench_words(bench, words, "%s", nmm_bench_note(bench, 0));
-    return nmm_bench_words(bench, words, "Error of %s at the end; reference: %s, known to %.2g %%.",
+    return nmm_bench_words(bench, words, "Error of %s at the end; reference: %s, known to %.3g %%.",
                            result->quantity, result->source, 100 * result->unsure);
 }
 

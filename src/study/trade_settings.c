@@ -20,6 +20,9 @@ static const double stiffer[2][MOST_FACTORS] = {{0.1, 10, 100}, {0.1, 10}};
 #define LOOSEST 1e-2
 #define TIGHTEST 1e-13
 
+/// Standard value of solver.tolerance.
+#define STANDARD "1e-08"
+
 /// Range of contact.penalty in a scene.
 #define SOFTEST 1e-3
 #define STIFFEST 1e7
@@ -99,6 +102,14 @@ static nmm_status put_rounded(nmm_bench *bench, nmm_trade_setting *setting, cons
     return put_number(bench, setting, key, strtod(text, NULL));
 }
 
+// dt, and dt_max where the scene gives it.
+static nmm_status put_time(nmm_bench *bench, nmm_trade_setting *setting, double factor) {
+    const nmm_scene_settings *scene = &bench->trade->scene;
+    TRY(put_number(bench, setting, "time.dt", factor * scene->dt));
+    if (!bench->trade->keeps_dt_max) return NMM_OK;
+    return put_number(bench, setting, "time.dt_max", factor * scene->dt_max);
+}
+
 static nmm_status add_mesh_and_time(nmm_bench *bench, nmm_trade_knob knob) {
     nmm_trade *trade = bench->trade;
     const nmm_scene_settings *scene = &trade->scene;
@@ -112,9 +123,7 @@ static nmm_status add_mesh_and_time(nmm_bench *bench, nmm_trade_knob knob) {
         if (times && f > 1 && f * scene->dt > scene->end) continue;
         nmm_trade_setting *setting = add(trade, knob, f);
         if (sizes) TRY(put_number(bench, setting, "covers.size", f * scene->cover_size));
-        if (times) TRY(put_number(bench, setting, "time.dt", f * scene->dt));
-        if (times && trade->keeps_dt_max)
-            TRY(put_number(bench, setting, "time.dt_max", f * scene->dt_max));
+        if (times) TRY(put_time(bench, setting, f));
     }
     return NMM_OK;
 }
@@ -129,8 +138,11 @@ static nmm_status add_orders(nmm_bench *bench) {
             const char digit[2] = {(char)('0' + order), 0};
             nmm_trade_setting *setting = add(trade, NMM_TRADE_ORDER, factor[k]);
             TRY(put(bench, setting, "covers.order", digit));
-            if (factor[k] == 1) continue;
-            TRY(put_number(bench, setting, "covers.size", factor[k] * trade->scene.cover_size));
+            if (factor[k] != 1)
+                TRY(put_number(bench, setting, "covers.size", factor[k] * trade->scene.cover_size));
+            // Who asks for the last digit of one order would not get it of another.
+            if (trade->scene.solver_tolerance < TIGHTEST)
+                TRY(put(bench, setting, "solver.tolerance", STANDARD));
         }
     }
     return NMM_OK;
@@ -146,10 +158,17 @@ static nmm_status add_mesh(nmm_bench *bench) {
     return trade->mesh_resets_order ? put(bench, setting, "covers.order", "auto") : NMM_OK;
 }
 
-static nmm_status add_scheme(nmm_bench *bench) {
-    if (bench->trade->scene.is_static) return NMM_OK;
-    nmm_trade_setting *setting = add(bench->trade, NMM_TRADE_SCHEME, 1);
-    return put(bench, setting, "analysis.scheme", bench->trade->scene.newmark ? "shi" : "newmark");
+// With the scene's own step, and with the finest: there both schemes should agree.
+static nmm_status add_scheme(nmm_bench *bench, bool with_dt) {
+    nmm_trade *trade = bench->trade;
+    const char *other = trade->scene.newmark ? "shi" : "newmark";
+    const double factor[2] = {1, trade->def.quick != 0 ? 0.5 : 0.25};
+    for (int k = 0; !trade->scene.is_static && k < (with_dt ? 2 : 1); k++) {
+        nmm_trade_setting *setting = add(trade, NMM_TRADE_SCHEME, factor[k]);
+        TRY(put(bench, setting, "analysis.scheme", other));
+        if (factor[k] < 1) TRY(put_time(bench, setting, factor[k]));
+    }
+    return NMM_OK;
 }
 
 static nmm_status add_tolerances(nmm_bench *bench, nmm_trade_knob knob) {
@@ -186,7 +205,8 @@ static nmm_status add_penalties(nmm_bench *bench) {
     return NMM_OK;
 }
 
-static nmm_status add_knob(nmm_bench *bench, nmm_trade_knob knob) {
+static nmm_status add_knob(nmm_bench *bench, nmm_trade_knob knob,
+                           const bool wanted[NMM_TRADE_KNOBS]) {
     switch (knob) {
     case NMM_TRADE_SIZE:
     case NMM_TRADE_DT:
@@ -197,7 +217,7 @@ static nmm_status add_knob(nmm_bench *bench, nmm_trade_knob knob) {
     case NMM_TRADE_MESH:
         return add_mesh(bench);
     case NMM_TRADE_SCHEME:
-        return add_scheme(bench);
+        return add_scheme(bench, wanted[NMM_TRADE_DT]);
     case NMM_TRADE_TOLERANCE:
     case NMM_TRADE_SOLVER:
         return add_tolerances(bench, knob);
@@ -216,7 +236,7 @@ nmm_status nmm_trade_find_settings(nmm_bench *bench) {
     TRY(find_knobs(bench, wanted));
     add(trade, NMM_TRADE_SCENE, 1);
     for (int k = 1; k < NMM_TRADE_KNOBS; k++)
-        if (wanted[k]) TRY(add_knob(bench, (nmm_trade_knob)k));
+        if (wanted[k]) TRY(add_knob(bench, (nmm_trade_knob)k, wanted));
     if (trade->n_setting > 1) return NMM_OK;
     return nmm_fail(&bench->context, NMM_ERROR_ARGUMENT,
                     "nothing to be traded: no knob out of '%s' means anything in this scene",

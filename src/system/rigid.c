@@ -115,9 +115,12 @@ static void limit_carried(nmm_contact *contact) {
 // After a short step springs hold forces. Stiffer ones hold the same by less of a way: else they
 // would do a work that nothing has stored. And what gave way along the edge has been gone: carried
 // forces, which know no energy, must not take it back.
-static void keep_forces(const nmm_model *model, const nmm_state *state, nmm_contact *contact) {
+static void keep_forces(const nmm_model *model, const nmm_state *state, nmm_contact *contact,
+                        nmm_overlaps overlaps) {
     if (contact->mode == NMM_CONTACT_OPEN) return;
     if (!contact->hasty) contact->carried_shear = contact->shear_force;
+    if (!contact->hasty && overlaps == NMM_OVERLAPS_STAY)
+        contact->carried_normal = contact->normal_force;
     nmm_contact_keep(model, state, contact, contact->gap);
 }
 
@@ -145,7 +148,7 @@ static bool is_crossing(const nmm_model *model, const nmm_contact *contact) {
 }
 
 bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
-                        double h, bool gentle, bool rests) {
+                        double h, bool gentle, nmm_overlaps overlaps) {
     bool stiff = false;
     if (system->cover_give == NULL) return stiff;
     const double inertia = 2 / (h * h) + 2 * system->damping / h;
@@ -166,7 +169,8 @@ bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_st
         stiff |= !contact->hasty && own[0] > least;
         contact->normal_stiffness = nmm_max(own[0], least);
         contact->shear_stiffness = nmm_max(own[1], least / 2.5);
-        if (was_hasty && !rests) keep_forces(model, state, contact);
+        if (was_hasty && overlaps != NMM_OVERLAPS_AT_REST)
+            keep_forces(model, state, contact, overlaps);
         if (contact->hasty) limit_carried(contact);
         contact->force_before = contact->normal_force;
     }

@@ -222,15 +222,21 @@ typedef enum nmm_couples_change {
     NMM_COUPLES_CHANGED,
 } nmm_couples_change;
 
+/// What becomes of the overlaps that springs of short steps had when carried forces follow.
+typedef enum nmm_overlaps {
+    NMM_OVERLAPS_AT_REST, // statics: they are pushed out, and slip may be taken back for nothing
+    NMM_OVERLAPS_GO,      // they are pushed out
+    NMM_OVERLAPS_STAY,    // as the place where the contact rests
+} nmm_overlaps;
+
 /// Augmented contact: stiffness of the covers, and the least stiffness of contact springs in a step
 /// of length h. `gentle`: springs whose forces are carried have no more than that, whatever the
-/// penalty. `rests`: statics, where springs may take a way back that cost nothing. Returns whether
-/// some have more than the least stiffness.
+/// penalty. Returns whether some have more than the least stiffness.
 nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model);
 /// The length of a step from which on forces are carried at every cover that is not held [s].
 double nmm_system_carrying_step(const nmm_system *system, int n_cover);
 bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
-                        double h, bool gentle, bool rests);
+                        double h, bool gentle, nmm_overlaps overlaps);
 
 /// The inside of nmm_system_pattern: contacts by couple, by vertex and by edge.
 nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const nmm_model *model);

@@ -8,6 +8,7 @@ import random
 from scene import text_of
 
 SHIFT = (524288.0, 4194304.0)  # about 5e5 and 4.2e6 m, exact in binary
+ASKEW = (0.6, 0.8)  # cosine and sine of some angle
 
 
 def mapped(scene, place, vector, tensor=None, turn=1):
@@ -45,12 +46,32 @@ def shifted(scene):
     return mapped(scene, lambda p: [p[0] + SHIFT[0], p[1] + SHIFT[1]], same)
 
 
+def vector_turned(v, c, s):
+    return [c * v[0] - s * v[1], s * v[0] + c * v[1]]
+
+
+def tensor_turned(t, c, s):
+    xx, yy, xy = t
+    return [c * c * xx + s * s * yy - 2 * s * c * xy, s * s * xx + c * c * yy + 2 * s * c * xy,
+            s * c * (xx - yy) + (c * c - s * s) * xy]
+
+
+def turned_by(scene, c, s):
+    """By the angle of this cosine and sine."""
+    return mapped(scene, lambda p: vector_turned(p, c, s), lambda v: vector_turned(v, c, s),
+                  lambda t: tensor_turned(t, c, s))
+
+
 def turned(scene):
     swap = {"x": "y", "y": "x", "xy": "xy"}
-    scene = mapped(scene, lambda p: [-p[1], p[0]], lambda v: [-v[1], v[0]],
-                   lambda s: [s[1], s[0], -s[2]])
+    scene = turned_by(scene, 0, 1)
     scene["supports"] = [{**s, "fix": swap[s["fix"]]} for s in scene["supports"]]
     return scene
+
+
+def askew(scene):
+    """Only where whole blocks are held in both directions, and no default goes by the scene's box."""
+    return turned_by(scene, *ASKEW)
 
 
 def turned_round(scene):
@@ -59,6 +80,11 @@ def turned_round(scene):
 
 def mirrored(scene):
     return mapped(scene, lambda p: [-p[0], p[1]], lambda v: [-v[0], v[1]],
+                  lambda s: [s[0], s[1], -s[2]], turn=-1)
+
+
+def upside_down(scene):
+    return mapped(scene, lambda p: [p[0], -p[1]], lambda v: [v[0], -v[1]],
                   lambda s: [s[0], s[1], -s[2]], turn=-1)
 
 
@@ -129,10 +155,13 @@ def back(kind, values, name):
     """Numbers of the changed scene as they would be in the first."""
     if name == "turned round":
         rule = (lambda s: s) if kind == "stress" else (lambda v: [-v[0], -v[1]])
-    elif name == "turned":
-        rule = (lambda s: [s[1], s[0], -s[2]]) if kind == "stress" else (lambda v: [v[1], -v[0]])
+    elif name in ("turned", "askew"):
+        c, s = ASKEW if name == "askew" else (0, 1)
+        rule = lambda v: tensor_turned(v, c, -s) if kind == "stress" else vector_turned(v, c, -s)
     elif name == "mirrored":
         rule = (lambda s: [s[0], s[1], -s[2]]) if kind == "stress" else (lambda v: [-v[0], v[1]])
+    elif name == "upside down":
+        rule = (lambda s: [s[0], s[1], -s[2]]) if kind == "stress" else (lambda v: [v[0], -v[1]])
     elif name.startswith("scaled") and kind == "displacement":
         rule = lambda v: [x / size_of(name) for x in v]
     else:
@@ -142,13 +171,16 @@ def back(kind, values, name):
 
 
 def variants(scene):
-    """Name and scene of each way to say it. A lattice has directions of its own: half a turn and a
-    mirror keep it."""
+    """Name and scene of each way to say it. A lattice has directions of its own: half a turn and
+    mirrors keep it, wherever it begins one of them at least."""
     yield "renumbered", renumbered(scene)
     yield "mirrored", mirrored(scene)
     if "mesh" in scene["covers"]:
         yield "turned", turned(scene)
+        if "blocks" in scene and "time" in scene:
+            yield "askew", askew(scene)
     else:
+        yield "upside down", upside_down(scene)
         yield "turned round", turned_round(scene)
     yield "shifted", shifted(scene)
     yield "scaled 1024", scaled(scene, 1024.0)

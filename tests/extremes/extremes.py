@@ -696,6 +696,8 @@ FOUND = {
     "resting_beside": ("a block with forces of 1e-20 N beside one with 1e7 N", None, comes_through),
     "crossing": ("crossings of joints that share less than a micrometre, augmented",
                  None, gains_energy),
+    "short_then_long": ("a hard block on a soft floor, overlaps of short steps before a long one",
+                        None, gains_energy),
     "corners_across": ("corners of blocks across a crossing that overlap and share more and more",
                        None, gains_energy),
     "tip_of_wedge": ("a contact of 1e-9 m that becomes one of a corner, under initial stress",

@@ -84,6 +84,27 @@ static void test_numbers_not_finite(void **state) {
     }
 }
 
+// Where u = 0 is near enough nothing is multiplied by the matrix; it is looked at all the same.
+static void test_numbers_nobody_needs(void **state) {
+    (void)state;
+    fixture x;
+    set_up(&x);
+    memset(x.u, 0, sizeof x.u);
+    x.system.K.value[4 * x.system.K.row_start[21] + 2] = NAN;
+    for (int k = 0; k <= N_METHOD; k++) {
+        nmm_solve_options options = nmm_default_solve_options();
+        options.method = k < N_METHOD ? methods[k] : NMM_SOLVE_AUTO;
+        options.absolute = 1e300;
+        nmm_solve_report report;
+        assert_int_equal(nmm_solve_host()->solve(&x.context, x.solver, &x.system.K, x.system.f, x.u,
+                                                 false, &options, &report),
+                         NMM_OK);
+        assert_int_equal(report.end, NMM_SOLVE_NOT_FINITE);
+        assert_int_equal(report.row, 21);
+    }
+    tear_down(&x);
+}
+
 static void test_diagonal_not_positive(void **state) {
     (void)state;
     const double block[][4] = {{0, 0, 0, 0},  {1, 0, 0, 0},      {0, 0, 0, 1},        {-1, 0, 0, 1},
@@ -451,6 +472,7 @@ static void test_names(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_numbers_not_finite),
+        cmocka_unit_test(test_numbers_nobody_needs),
         cmocka_unit_test(test_diagonal_not_positive),
         cmocka_unit_test(test_bad_patterns),
         cmocka_unit_test(test_one_sided),

@@ -200,7 +200,8 @@ static void test_springs_keep_their_force(void **unused) {
         c->slip = 2e-7, c->carried_shear = 0, c->shear_force = -300;
         c->normal_stiffness = 1e10 * (1 + 1e-12), c->shear_stiffness = 1.5e9;
         was = *c;
-        nmm_system_stiffen(&sim->system, &sim->model, &sim->state, 10, false, rests == 1);
+        nmm_system_stiffen(&sim->system, &sim->model, &sim->state, 10, false,
+                           rests == 1 ? NMM_OVERLAPS_AT_REST : NMM_OVERLAPS_GO);
         c = &sim->state.contact[0];
         assert_false(c->hasty);
         const double overlap = c->gap - c->rest;

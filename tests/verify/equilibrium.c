@@ -264,6 +264,102 @@ static void test_stiff_contact(void **state) {
     rows_end();
 }
 
+// Rows of the far corner of the square: it comes by 2.5e-3 m, small strains but for their square.
+static void corner_rows(const run *r, const char *name) {
+    const double *moved = run_monitor(r, "corner").displacement;
+    row_close(set_text("%s, way of the far corner along x", name), -2.5e-3, moved[0], 1e-3);
+    row_close(set_text("%s, way of the far corner along y", name), -2.5e-3, moved[1], 1e-3);
+}
+
+// Supports that bear nothing: what the balance of forces leaves is all that their springs hold.
+static void test_gauge_points(void **state) {
+    (void)state;
+    static const struct {
+        const char *name, *set;
+    } cases[] = {
+        {"covers of 0.25 m", "covers={size: 0.25}"},
+        {"covers of 0.2 m", "covers={size: 0.2}"},
+        {"order 1", "covers={size: 0.5, order: 1}"},
+        {"1e13 Pa", "materials.rock.youngs_modulus=1e13"},
+        {"mixed precision", "solver={method: pcg, precision: mixed}"},
+    };
+    for (int k = 0; k < 5; k++) {
+        run r = RUN("gauge.yaml", cases[k].set);
+        const char *name = set_text("statics: square on gauge points, %s", cases[k].name);
+        row_true(name, "completed", find(&r) == NMM_END_COMPLETED);
+        row_below(set_text("%s, steps", name), (double)r.sim->state.step, 20);
+        if (k != 3) corner_rows(&r, name);
+        const double *stress = run_monitor(&r, "corner").stress;
+        row_close(set_text("%s, stress across x", name), -1e6, stress[0], 2e-3);
+        double force = 0;
+        for (int s = 0; s < 2 * r.sim->model.n_support; s++)
+            force = nmm_max(force, fabs(r.sim->state.support_force[s]));
+        row_below(set_text("%s, force on a support over that on a side", name), force / 4e6, 1e-4);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// The forces on a disc act where two points of it are held, and balance by themselves.
+static void test_disc(void **state) {
+    (void)state;
+    const double size[] = {0.06, 0.04};
+    for (int k = 0; k < 2; k++) {
+        run r = RUN("brazilian.yaml", STATIC, "analysis.tolerance=1e-6", "time={end: 1}",
+                    "supports=[{point: [0, -0.5], fix: xy}, {point: [0, 0.5], fix: x}]",
+                    "solver={}", set_text("covers.size=%g", size[k]));
+        const char *name = set_text("statics: disc on gauge points, covers of %g m", size[k]);
+        row_true(name, "completed", find(&r) == NMM_END_COMPLETED);
+        row_below(set_text("%s, steps", name), (double)r.sim->state.step, 20);
+        double stress[3];
+        run_stress(&r, 0, 0, 1.5 * size[k], stress);
+        row_close(set_text("%s, pressure along at the centre", name), -1.909859e6, stress[1], 0.03);
+        row_close(set_text("%s, tension across at the centre", name), 6.366198e5, stress[0], 0.05);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// Where nothing acts in the end all forces are rounding: stress that is let go, by one body and by
+// two that touch, and bodies that their supports carry along.
+static void test_nothing_acts(void **state) {
+    (void)state;
+    static const char *const parts[] = {"joints=[]", "joints=[{polyline: [[-1, 2.1], [5, 2.1]]}]"};
+    for (int k = 0; k < 2; k++) {
+        const char *name = set_text("statics: %s", k == 0 ? "one body" : "two bodies that touch");
+        run r = RUN("gauge.yaml", "loads=[]", "supports=[]", parts[k],
+                    "interfaces={clean: {friction_angle: 30}}",
+                    "initial_stress={kind: uniform, xx: -1e6, yy: -1e6}");
+        row_true(set_text("%s, released", name), "completed", find(&r) == NMM_END_COMPLETED);
+        row_below(set_text("%s, released, stress left", name),
+                  fabs(run_monitor(&r, "corner").stress[0]), 1);
+        run_close(&r);
+        r = RUN("gauge.yaml", "loads=[]", parts[k], "interfaces={clean: {friction_angle: 30}}",
+                "supports=[{segment: [[0, 0], [4, 0]], fix: xy, motion: [[0, 0.1, 0]]}, "
+                "{segment: [[0, 4], [4, 4]], fix: xy, motion: [[0, 0.1, 0]]}]");
+        row_true(set_text("%s, carried along", name), "completed", find(&r) == NMM_END_COMPLETED);
+        row_close(set_text("%s, carried along by", name), 0.1,
+                  run_monitor(&r, "corner").displacement[0], 1e-9);
+        run_close(&r);
+    }
+    rows_end();
+}
+
+// A cart on rollers that is pushed by a hundred thousandth of its weight: it is not called free,
+// and after all steps it is told how far it went.
+static void test_slow(void **state) {
+    (void)state;
+    run r = RUN("fall.yaml", STATIC, "time={end: 1}", "analysis.tolerance=1e-6",
+                "supports=[{segment: [[0, 0], [20, 0]], fix: y}]",
+                "loads=[{point: [20, 10], force: [100, 0]}]");
+    row_true("statics: pushed slowly", "no equilibrium", find(&r) == NMM_END_NO_EQUILIBRIUM);
+    row_true("statics: pushed slowly, named", "yes", strstr(r.report.reason, "'body'") != NULL);
+    row_true("statics: pushed slowly, its way", "along x",
+             strstr(r.report.reason, "along (1.00,") != NULL);
+    run_close(&r);
+    rows_end();
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_column),        cmocka_unit_test(test_light_load),
@@ -272,6 +368,8 @@ int main(void) {
         cmocka_unit_test(test_reason),        cmocka_unit_test(test_place),
         cmocka_unit_test(test_wedge),         cmocka_unit_test(test_elastica),
         cmocka_unit_test(test_buckling),      cmocka_unit_test(test_stiff_contact),
+        cmocka_unit_test(test_gauge_points),  cmocka_unit_test(test_disc),
+        cmocka_unit_test(test_nothing_acts),  cmocka_unit_test(test_slow),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
