@@ -603,6 +603,38 @@ def test_million(t):
         t.error("resting blocks: drift after the first 1e4 steps, in m", drift, 1e-9)
 
 
+def test_limit(t):
+    """Steps far longer than the fastest vibration, and a block at the limit of its friction."""
+    t.head("1e5 steps at the limit of stability")
+    n, pushed = 100000, {"blocks": [{"name": "base", "polygon": square(-5, -1, 100, 1)},
+                                    {"name": "block", "polygon": square(0, 0, 1)}],
+                         "materials": {"rock": material(1e9)}, "covers": {"mesh": "block"},
+                         "interfaces": {"contact": {"friction_angle": 30}},
+                         "supports": [{"block": "base", "fix": "xy"}],
+                         "output": {"every": 1e9}, "monitors": [{"name": "block", "point": [0.5, 0.5]}]}
+    for scheme in ("shi", "newmark"):
+        for dt in (1e-3, 1e-2):  # some and some tens of radians of the fastest vibration a step
+            scene = {**pushed, "analysis": {"scheme": scheme}, "gravity": [0, -GRAVITY],
+                     "time": {"dt": dt, "end": n * dt, "dt_max": dt}}
+            result = t.run(f"at rest, {scheme}, dt {dt:g} s", scene, timeout=1000)
+            if result:
+                t.error(f"at rest, {scheme}, dt {dt:g} s: kinetic energy over that of a fall by a side",
+                        result["energy"]["kinetic"] / (2500 * GRAVITY), 1e-6)
+    friction = math.tan(math.radians(30))
+    for share in (0.999, 1.001):
+        scene = {**pushed, "gravity": [share * friction * GRAVITY, -GRAVITY], "analysis": {"damping": 0},
+                 "time": {"dt": 1e-3, "end": n * 1e-3, "dt_max": 1e-3}}
+        what = f"pushed with {share:g} of its friction"
+        half = t.run(f"{what}, half the time", scene, "-s", f"time.end={n * 5e-4:g}", timeout=1000)
+        result = t.run(what, scene, timeout=1000)
+        if half and result:  # the pressure sets in with a jolt, which leaves a velocity
+            gained = result.monitor("block", "velocity")[0] - half.monitor("block", "velocity")[0]
+            right = max(0, share - 1) * friction * GRAVITY * n * 5e-4
+            t.error(f"{what}: gain of velocity in the second half, in m/s", gained - right, 1e-3)
+    for beta in (0.2499, 0):
+        t.outcome(f"beta {beta}", {**scene, "analysis": {"scheme": "newmark", "beta": beta}})
+
+
 def test_many(t):
     t.head("1e5 blocks")
     scene = {"blocks": [{"name": "base", "polygon": square(-1, -1, 402, 1)},
@@ -721,6 +753,7 @@ GROUPS = {
     "loads": [test_nothing],
     "steps": [test_million],
     "blocks": [test_many],
+    "limit": [test_limit],
 }
 
 

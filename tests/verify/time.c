@@ -155,7 +155,7 @@ static void turn(int steps_per_turn) {
 
 // A hundred turns. A step of h takes (spin h)^2 / 2 of the spin, so that after the angle a it is
 // 1 / (1 + h a / 2) of what it was, and the time is (1 / spin^2 - 1) / h. A body of one strain:
-// what is lost does not depend on the mesh.
+// what is lost does not depend on the mesh. A hundred steps a turn would leave 1/20 of the spin.
 static void turn_hundred(int steps_per_turn) {
     const double h = 2 * M_PI / steps_per_turn, slower = 1 + 0.5 * h * 200 * M_PI;
     run r = RUN("rotation.yaml", set_text("time.dt=%.17g", h), "covers.mesh=block",
@@ -183,7 +183,6 @@ static void test_rotation(void **state) {
     (void)state;
     turn(100);
     turn(1000);
-    turn_hundred(100);
     turn_hundred(1000);
     rows_end();
 }
