@@ -198,7 +198,7 @@ static void say_unbalanced(const nmm_sim *sim, double share, bool clouded, char 
 }
 
 static void say_unsettled(nmm_sim *sim, double share, bool stands) {
-    char what[240], why[160] = "";
+    char what[240], why[148] = "";
     if (sim->system.cover_give == NULL) nmm_say_clouded(sim, why, sizeof why);
     if (sim->overlaps)
         snprintf(what, sizeof what, "%.239s", sim->report.reason);
@@ -206,8 +206,12 @@ static void say_unsettled(nmm_sim *sim, double share, bool stands) {
         say_unbalanced(sim, share, why[0] != 0, what, sizeof what);
     else
         nmm_supports_say(sim, what, sizeof what);
-    snprintf(sim->report.reason, sizeof sim->report.reason, "after %ld steps %s%s", sim->state.step,
-             what, why);
+    if (why[0] != 0)
+        snprintf(sim->report.reason, sizeof sim->report.reason, "after %ld steps %.74s%s",
+                 sim->state.step, what, why);
+    else
+        snprintf(sim->report.reason, sizeof sim->report.reason, "after %ld steps %.220s",
+                 sim->state.step, what);
 }
 
 void nmm_static_judge(nmm_sim *sim, double h) {
