@@ -168,6 +168,11 @@ int command_bench(const arguments *given) {
             needs_scenes || (is_wanted(&j, nmm_bench_list(k)) && nmm_bench_list(k).needs_scenes);
     }
     if (!known) return complain_name(given->path);
+    if (given->scenes && !needs_scenes) {
+        message_error("nmm bench %s: --scenes has no effect here; it computes scenes of its own",
+                      given->path);
+        return EXIT_USAGE;
+    }
     // What is wrong with folders is told before minutes of measuring.
     const bool there = is_folder(j.folder);
     int end = needs_scenes ? find_scenes(&j) : EXIT_DONE;

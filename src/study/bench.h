@@ -115,7 +115,9 @@ nmm_status nmm_bench_say_machine(nmm_bench *bench, int column, bool on_target);
 typedef struct nmm_bench_scene {
     const char *name, *path;
     int blocks, unknowns;
-    double size; // [m] of covers
+    double size;       // [m] of covers
+    bool whole_blocks; // one cover for each block, of no size that could be set
+    bool is_static;
 } nmm_bench_scene;
 typedef struct nmm_bench_scenes {
     int n, room;
@@ -123,6 +125,12 @@ typedef struct nmm_bench_scenes {
 } nmm_bench_scenes;
 /// All scenes of the folder. The list is released with nmm_release(..., &scenes->scene).
 nmm_status nmm_bench_find_scenes(nmm_bench *bench, nmm_bench_scenes *scenes);
+/// The setting with which a scene on a lattice has nearest to `times` times its unknowns.
+nmm_status nmm_bench_enlarge(nmm_bench *bench, const nmm_bench_scene *scene, double times,
+                             const char **setting);
+/// A note with the names of the scenes for which `is_out` holds, and why; none: no note.
+nmm_status nmm_bench_left_out(nmm_bench *bench, const nmm_bench_scenes *scenes,
+                              bool (*is_out)(const nmm_bench_scene *scene), const char *why);
 
 /// A scene to run: a file, or a text in memory.
 typedef struct nmm_bench_source {

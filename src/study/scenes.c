@@ -6,9 +6,14 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+
+/// Sizes that are tried for a number of unknowns, and how near [logarithm] is near enough.
+enum { ENLARGE_TRIES = 8 };
+#define ENLARGE_NEAR 0.02
 
 // --- Opening
 
@@ -49,8 +54,13 @@ static int compare_scenes(const void *a, const void *b) {
     return strcmp(x->name, y->name);
 }
 
-static nmm_status count_scene(nmm_bench *bench, nmm_bench_scene *scene) {
-    const nmm_bench_source source = {.path = scene->path, .n_thread = 1, .device = NMM_DEVICE_HOST};
+// What the scene says of itself, with a setting or as it is (NULL).
+static nmm_status count_scene(nmm_bench *bench, nmm_bench_scene *scene, const char *setting) {
+    const nmm_bench_source source = {.path = scene->path,
+                                     .n_thread = 1,
+                                     .device = NMM_DEVICE_HOST,
+                                     .n_override = setting != NULL,
+                                     .override = {setting}};
     nmm_sim *sim = NULL;
     nmm_summary summary;
     const nmm_status status = nmm_bench_open(bench, &sim, &source);
@@ -59,6 +69,8 @@ static nmm_status count_scene(nmm_bench *bench, nmm_bench_scene *scene) {
         scene->blocks = summary.blocks;
         scene->unknowns = summary.unknowns;
         scene->size = summary.cover_size;
+        scene->whole_blocks = sim->model.whole_blocks;
+        scene->is_static = sim->settings.is_static;
     }
     nmm_bench_close(&sim);
     return status;
@@ -73,7 +85,7 @@ static nmm_status add_scene(nmm_bench *bench, nmm_bench_scenes *scenes, const ch
     nmm_bench_scene *scene = &scenes->scene[scenes->n];
     *scene = (nmm_bench_scene){.path = path};
     TRY(nmm_bench_words(bench, &scene->name, "%s", name));
-    TRY(count_scene(bench, scene));
+    TRY(count_scene(bench, scene, NULL));
     scenes->n += 1;
     return NMM_OK;
 }
@@ -98,6 +110,36 @@ nmm_status nmm_bench_find_scenes(nmm_bench *bench, nmm_bench_scenes *scenes) {
     if (scenes->n > 0)
         qsort(scenes->scene, (size_t)scenes->n, sizeof *scenes->scene, compare_scenes);
     return status;
+}
+
+nmm_status nmm_bench_enlarge(nmm_bench *bench, const nmm_bench_scene *scene, double times,
+                             const char **setting) {
+    double size = scene->size / sqrt(times), nearest = INFINITY;
+    // In a plane there are as many nodes as the inverse square of their distance, along edges and
+    // joints fewer.
+    for (int i = 0; i < ENLARGE_TRIES && nearest > ENLARGE_NEAR; i++) {
+        nmm_bench_scene larger = *scene;
+        char words[48];
+        snprintf(words, sizeof words, "covers.size=%.4g", size);
+        TRY(count_scene(bench, &larger, words));
+        const double part = larger.unknowns / (times * scene->unknowns);
+        if (fabs(log(part)) < nearest) TRY(nmm_bench_keep(bench, setting, words));
+        nearest = nmm_min(nearest, fabs(log(part)));
+        size *= sqrt(part);
+    }
+    return NMM_OK;
+}
+
+nmm_status nmm_bench_left_out(nmm_bench *bench, const nmm_bench_scenes *scenes,
+                              bool (*is_out)(const nmm_bench_scene *scene), const char *why) {
+    const char *names = NULL;
+    for (int i = 0; i < scenes->n; i++) {
+        const nmm_bench_scene *scene = &scenes->scene[i];
+        if (!is_out(scene)) continue;
+        TRY(nmm_bench_words(bench, &names, "%s%s%s", names != NULL ? names : "",
+                            names != NULL ? ", " : "", scene->name));
+    }
+    return names != NULL ? nmm_bench_remark(bench, "%s: %s.", why, names) : NMM_OK;
 }
 
 // --- Texts

@@ -269,11 +269,30 @@ static nmm_status conclude(nmm_bench *bench) {
                             value[0], value[n - 1], median, slower, n);
 }
 
+static bool is_static(const nmm_bench_scene *scene) {
+    return scene->is_static;
+}
+
 static nmm_status measure(nmm_bench *bench) {
     nmm_bench_scenes scenes = {0};
     nmm_status status = nmm_bench_find_scenes(bench, &scenes);
-    for (int i = 0; status == NMM_OK && i < scenes.n && !bench->stopped; i++)
+    int n = 0;
+    for (int i = 0; status == NMM_OK && i < scenes.n && !bench->stopped; i++) {
+        // Where the clock cuts the way to an equilibrium says nothing about what is left of it.
+        if (scenes.scene[i].is_static) continue;
         status = measure_scene(bench, &scenes.scene[i]);
+        n += 1;
+    }
+    if (status == NMM_OK && n == 0) {
+        status =
+            nmm_fail(&bench->context, NMM_ERROR_INPUT,
+                     "table1 compares runs at the same time of a scene; all scenes in '%s' are "
+                     "static and have none",
+                     bench->def.scenes);
+    }
+    if (status == NMM_OK)
+        status = nmm_bench_left_out(bench, &scenes, is_static,
+                                    "Left out, static and without a time to compare at");
     nmm_release(&bench->context, &scenes.scene);
     return status == NMM_OK ? conclude(bench) : status;
 }

@@ -19,6 +19,7 @@ from pages import (ROOT, make_parts, number, percent, read_choices, table, tell_
                    write_part)
 
 NAMES = ("table1", "fig6", "fig7", "contact", "wall", "growth", "only")
+OF_SCENES = ("table1", "fig6", "fig7")  # the others have scenes of their own
 
 
 # --- One function for each table; `result` is what `nmm bench NAME --json` prints
@@ -133,8 +134,9 @@ def show_gpu(page):
 # --- Measuring, and the page
 
 def measure(program, name, quick, folder):
-    words = [program, "bench", name, "--json", "-o", folder,
-             "--scenes", os.path.join(ROOT, "examples", "paper")]
+    words = [program, "bench", name, "--json", "-o", folder]
+    if name in OF_SCENES:
+        words += ["--scenes", os.path.join(ROOT, "examples", "paper")]
     done = subprocess.run(words + ["--quick"] * quick, stdout=subprocess.PIPE, text=True,
                           check=False)
     if done.returncode != 0:

@@ -31,6 +31,7 @@ COLUMNS = {
     "only": "feature scene unknowns without_ms with_ms time_saved without_mb with_mb memory_saved",
     "growth": "scene unknowns contact_ms assembly_ms solver_ms step_ms megabytes device",
 }
+OF_SCENES = ("table1", "fig6", "fig7")  # the others have scenes of their own
 # Columns with words, and those where nothing may stand.
 WORDS = {"feature", "scene", "device", "method", "end"}
 MAY_BE_EMPTY = {"public_dda_ms", "part_of_public_dda", "direct_share", "file_without_mb",
@@ -80,7 +81,8 @@ class Bench(unittest.TestCase):
             self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
 
     def measure(self, name, *words):
-        done = self.run_bench(name, "--quick", "--scenes", "scenes", *words)
+        scenes = ("--scenes", "scenes") if name in OF_SCENES else ()
+        done = self.run_bench(name, "--quick", *scenes, *words)
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = self.check_csv(name, self.at("bench", name + ".csv"))
         self.check_pictures(name, self.at("bench"))
@@ -166,6 +168,13 @@ class Bench(unittest.TestCase):
         done = self.run_bench("fig6", "--scenes", "nothing")
         self.assertEqual(done.returncode, 4)
         self.assertIn("scene.yaml", done.stderr)
+
+    def test_scenes_where_there_are_none_to_name(self):
+        for name in ("contact", "wall", "growth", "only"):
+            done = self.run_bench(name, "--quick", "--scenes", "scenes")
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn("--scenes has no effect", done.stderr)
+        self.assertFalse(os.path.exists(self.at("bench")))
 
     def test_scenes_of_the_current_folder(self):
         os.makedirs(self.at("examples"))
