@@ -2,7 +2,7 @@
 //
 // Figure 7: how many times faster than the optimised serial method (SOR with factor 1.9) one solve
 // is, against the order of the system, for each number of threads and on the target; for each scene
-// as it is and with about ten times its unknowns.
+// as it is and with ten times its unknowns, as nearly as the size of its covers allows.
 //
 // The systems are those of an early step, tolerances as the run asks for them. Each method keeps
 // its solver over its solves, as a run does, but makes blocks and factors anew each time. Solves

@@ -133,6 +133,14 @@ def promises(program, folder):
                math.isclose(time_of_picture(page, scene), float(found[1]), rel_tol=1e-9))
 
 
+def pictures_of(folder):
+    """Those that the page shows, and those that it must show."""
+    with open(os.path.join(folder, "README.md"), encoding="utf-8") as file:
+        shown = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", file.read())
+    of_paper = os.path.basename(os.path.dirname(os.path.abspath(folder))) == "paper"
+    return sorted({"picture.png", *shown, *(["before.png"] if of_paper else [])})
+
+
 def check(program, folder, quick):
     table = read_table(os.path.join(folder, "README.md"))
     failed = 0
@@ -142,9 +150,10 @@ def check(program, folder, quick):
         failed += not good
         print(f"{'ok    ' if good else 'FAILED'} {what}")
 
-    picture = os.path.join(folder, "picture.png")
-    tell("picture is there and small",
-         os.path.exists(picture) and os.path.getsize(picture) < PICTURE)
+    for name in pictures_of(folder):
+        picture = os.path.join(folder, name)
+        tell(f"{name} is there and small",
+             os.path.exists(picture) and 0 < os.path.getsize(picture) < PICTURE)
     tell("a bound on the penetration is promised",
          ("as given", "max_penetration") in [row[:2] for row in table])
     for what, good in promises(program, folder):
