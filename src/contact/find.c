@@ -246,13 +246,18 @@ static void hold_less(const nmm_interface *law, nmm_contact *c) {
     c->carried_shear = nmm_max(-most, nmm_min(most, c->carried_shear));
 }
 
-// Joints that hold are bonded; initial stress is in balance at once, eq. (5.12).
+// Joints that hold are bonded; initial stress is in balance at once, eq. (5.12), and has been
+// before. It is carried across joints: where two cross, the blocks across touch in a point and
+// carry nothing.
 static void begin_contact(const nmm_model *model, const nmm_state *state, const nmm_raw *raw,
                           nmm_contact *c) {
     const nmm_interface *law = &model->interface[c->interface];
     const bool touching = fabs(c->gap) <= NMM_TOUCH * model->size;
-    if (raw->corner || !touching || model->edge_mate[c->edge] < 0) return;
+    const int mate = model->edge_mate[c->edge];
+    if (raw->corner || !touching || mate < 0) return;
     c->bonded = law->cohesion > 0 || law->tensile_strength > 0;
+    if (c->bonded) c->mode = NMM_CONTACT_STICK;
+    if (raw->facing != mate) return;
     const nmm_edge_line e = nmm_edge_line_of(model, state, c->edge);
     const double *a = state->initial_stress + 3 * (long)model->edge_element[c->edge];
     const double *b = state->initial_stress + 3 * (long)model->edge_element[c->vertex];
@@ -263,7 +268,8 @@ static void begin_contact(const nmm_model *model, const nmm_state *state, const 
     c->carried_normal = -nmm_vec2_dot(e.n, pull) * c->length;
     c->carried_shear = -nmm_vec2_dot(e.t, pull) * c->length;
     if (!c->bonded) hold_less(law, c);
-    c->mode = c->bonded || c->carried_normal > 0 ? NMM_CONTACT_STICK : NMM_CONTACT_OPEN;
+    if (c->carried_normal > 0) c->mode = NMM_CONTACT_STICK;
+    c->force_before = c->carried_normal;
 }
 
 // --- The list

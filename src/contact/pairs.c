@@ -140,6 +140,39 @@ bool nmm_edges_can_meet(const nmm_model *model, int a, int b) {
     return nmm_vec2_dot(of_a, of_b) < -0.2 && !back_to_back(model, a, b, of_a, of_b);
 }
 
+// Has the boundary a corner that points inwards? Without one the block is convex. Places of a
+// straight side are straight to rounding only.
+static bool has_inward_corner(const nmm_model *model) {
+    for (int v = 0; v < model->n_vertex; v++) {
+        const nmm_vec2 before = reference_direction(model, v);
+        const nmm_vec2 after = reference_direction(model, model->vertex_next[v]);
+        if (nmm_vec2_cross(before, after) < -NMM_EXACT) return true;
+    }
+    return false;
+}
+
+// Is each of two edges of a block in front of the other, with nothing said of what is between?
+static bool face_each_other(const nmm_model *model, int a, int b) {
+    const nmm_vec2 of_a = reference_direction(model, a), of_b = reference_direction(model, b);
+    const nmm_vec2 way = nmm_vec2_sub(reference_middle(model, b), reference_middle(model, a));
+    return nmm_vec2_cross(way, of_a) > 0 && nmm_vec2_cross(way, of_b) < 0 &&
+           nmm_edges_can_meet(model, a, b);
+}
+
+bool nmm_contact_can_be(const nmm_model *model) {
+    if (model->n_block > 1) return true;
+    for (int v = 0; v < model->n_vertex; v++) {
+        if (model->edge_mate[v] >= 0) return true;
+    }
+    if (!has_inward_corner(model)) return false;
+    for (int a = 0; a < model->n_vertex; a++) {
+        for (int b = a + 1; b < model->n_vertex; b++) {
+            if (face_each_other(model, a, b)) return true;
+        }
+    }
+    return false;
+}
+
 // Pairs of bucket b; stores them when `out` is not NULL. Returns how many.
 static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *model, int b,
                            nmm_edge_pair *out) {

@@ -61,17 +61,8 @@ static void complete_settings(nmm_sim *sim) {
     sim->allowed = settings->max_move * sim->model.height;
 }
 
-// Contact is needed as soon as two parts of the boundary can meet: two blocks, or a crack.
-static bool needs_contact(const nmm_model *model) {
-    if (model->n_block > 1) return true;
-    for (int v = 0; v < model->n_vertex; v++) {
-        if (model->edge_mate[v] >= 0) return true;
-    }
-    return false;
-}
-
 static nmm_status open_contact(nmm_sim *sim, bool always) {
-    if (!always && !needs_contact(&sim->model)) return NMM_OK;
+    if (!always && !nmm_contact_can_be(&sim->model)) return NMM_OK;
     // Contacts are found once a step: nothing may pass through an edge within it.
     sim->allowed = nmm_min(sim->allowed, 0.25 * sim->model.size);
     const nmm_contact_options options = {

@@ -703,6 +703,12 @@ def comes_through(result):
     return f"{result['steps']} steps instead of 2", result["steps"] <= 20
 
 
+def keeps_stress(result):
+    stress = numbers_of(result, "stress")
+    error = distance(stress, [-1e6, -1e6, 0] * (len(stress) // 3))
+    return f"stress wrong by {error:.1e} of the pressure", error < 1e-6
+
+
 COPIED = {
     "ties_on_border": ("a crack beside a border of materials, order 2", mirrored),
     "flush_sides": ("blocks side by side that move", mirrored),
@@ -736,6 +742,8 @@ FOUND = {
                      None, gains_energy),
     "bonds": ("bonds that break under initial stress, penalty 0.2 E, augmented",
               None, gains_energy),
+    "carried_at_start": ("initial stress across a joint, short steps, augmented", None, keeps_stress),
+    "thin_crossing": ("initial stress across joints that cross at a small angle", None, keeps_stress),
 }
 
 REFUSED = {

@@ -256,11 +256,13 @@ def worst_of(result, other, name, floors):
 
 def ends_alike(result, other):
     """Two that end without an answer may be told so in other steps of the search; the cause, behind
-    the last colon, is the same."""
+    the last colon, is the same. A search for equilibrium that finds none may end by the way or by
+    an element that is turned inside out on it."""
     if (result.status, result.get("end")) == (other.status, other.get("end")):
         return True
     causes = [run.cause.rsplit(": ", 1)[-1] for run in (result, other)]
-    return result.status == other.status == 1 and causes[0] == causes[1]
+    none = {result.get("end"), other.get("end")} == {"no_equilibrium", "step_too_small"}
+    return result.status == other.status == 1 and (none or causes[0] == causes[1])
 
 
 def compare(result, other, name, floors):

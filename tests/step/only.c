@@ -93,6 +93,65 @@ static void two_blocks_do(void **unused) {
     nmm_sim_destroy(sim);
 }
 
+// A block that is not convex is searched where sides of it face each other, and only there.
+static void sides_that_face_each_other_are_searched(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *shape;
+        bool faced;
+    } block[] = {
+        {"polygon: [[0,0],[2,0],[2,1],[1,1],[1,2],[0,2]]", false},
+        {"polygon: [[0,0],[1,0],[1,1],[2,1],[2,2],[-1,2],[-1,1],[0,1]]", false},
+        {"polygon: [[0,0],[1,0],[1,4],[0.55,4],[0.55,0.5],[0.45,0.5],[0.45,4],[0,4]]", true},
+    };
+    for (size_t k = 0; k < sizeof block / sizeof *block; k++) {
+        char text[600];
+        snprintf(text, sizeof text,
+                 "nmm: 1\n"
+                 "blocks: [{name: b, %s}]\n"
+                 "materials: {m: {density: 2500, youngs_modulus: 1e8, poissons_ratio: 0.2}}\n"
+                 "interfaces: {c: {friction_angle: 20}}\ninterface: c\n"
+                 "covers: {size: 0.5}\ntime: {dt: 1e-3, end: 1}\n",
+                 block[k].shape);
+        nmm_sim *sim = start(text, false);
+        assert_int_equal(sim->search != NULL, block[k].faced);
+        nmm_sim_destroy(sim);
+    }
+}
+
+// Prongs 0.1 m apart, pressed together by 70 times what bends them that far: they meet halfway.
+static void prongs_meet(void **unused) {
+    (void)unused;
+    nmm_reading left, right;
+    nmm_sim *sim =
+        start("nmm: 1\n"
+              "gravity: [0, 0]\n"
+              "blocks:\n"
+              "  - {name: fork,"
+              " polygon: [[0,0],[1,0],[1,4],[0.55,4],[0.55,0.5],[0.45,0.5],[0.45,4],[0,4]]}\n"
+              "materials: {m: {density: 2500, youngs_modulus: 1e8, poissons_ratio: 0.2}}\n"
+              "interfaces: {c: {friction_angle: 20}}\n"
+              "interface: c\n"
+              "covers: {size: 0.2}\n"
+              "supports: [{segment: [[0,0],[1,0]], fix: xy}]\n"
+              "loads:\n"
+              "  - {point: [0,4], force: [2e5,0], history: [[0,0],[0.2,1]]}\n"
+              "  - {point: [1,4], force: [-2e5,0], history: [[0,0],[0.2,1]]}\n"
+              "analysis: {damping: 10}\n"
+              "time: {dt: 1e-3, end: 0.4}\n"
+              "monitors:\n"
+              "  - {name: left, point: [0.45,4], record: [displacement]}\n"
+              "  - {name: right, point: [0.55,4], record: [displacement]}\n",
+              false);
+    take_steps(sim, 1000);
+    assert_near(sim->state.time, 0.4, 1e-12);
+    assert_int_equal(nmm_sim_monitor(sim, 0, &left), NMM_OK);
+    assert_int_equal(nmm_sim_monitor(sim, 1, &right), NMM_OK);
+    assert_near(left.displacement[0], 0.05, 2e-3);
+    assert_near(right.displacement[0], -0.05, 2e-3);
+    nmm_sim_destroy(sim);
+}
+
 // Forced on it changes nothing, and what the check says it takes is what it takes.
 static void the_search_left_out_is_of_no_use(void **unused) {
     (void)unused;
@@ -213,6 +272,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_block_never_searches),
         cmocka_unit_test(two_blocks_do),
+        cmocka_unit_test(sides_that_face_each_other_are_searched),
+        cmocka_unit_test(prongs_meet),
         cmocka_unit_test(the_search_left_out_is_of_no_use),
         cmocka_unit_test(order_0_has_no_samples),
         cmocka_unit_test(means_are_kept_for_newmark_only),
