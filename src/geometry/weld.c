@@ -151,12 +151,12 @@ static bool near_before(const near_vertex *a, const near_vertex *b) {
     return a->along != b->along ? a->along < b->along : a->vertex < b->vertex;
 }
 
-// Sort the vertices near one edge along it.
-static void sort_near(near_vertex *list, int n) {
-    for (int i = 1; i < n; i++) {
+// Sort the vertices near one edge, from `first` on, along it.
+static void sort_near(near_vertex *list, int first, int end) {
+    for (int i = first + 1; i < end; i++) {
         const near_vertex moved = list[i];
         int k = i;
-        for (; k > 0 && near_before(&moved, &list[k - 1]); k--)
+        for (; k > first && near_before(&moved, &list[k - 1]); k--)
             list[k] = list[k - 1];
         list[k] = moved;
     }
@@ -173,7 +173,7 @@ static nmm_status note_edges(welder *w) {
             for (int column = columns.first; column < columns.end; column++)
                 TRY(note_cell(w, e, nmm_grid_cell(&w->grid, row, column)));
         }
-        sort_near(a->near + w->near_start[e], w->n_near - w->near_start[e]);
+        sort_near(a->near, w->near_start[e], w->n_near);
     }
     w->near_start[a->n_edge] = w->n_near;
     return NMM_OK;
