@@ -170,11 +170,17 @@ def check_cycles(tree, folders):
 
 
 def check_equations(tree, _):
-    """Every equation that the code cites is numbered in the theory."""
-    known = set()
+    """Every equation that the code cites is numbered in the theory, no two have one number."""
+    known, tags = set(), set()
     for path in tree.files((".md",), ["docs"]):
-        if "theory" in path:
-            known |= set(re.findall(r"\\tag\{(\d+\.\d+[a-z]?)\}|\((\d+\.\d+[a-z]?)\)", tree.text(path)))
+        if "theory" not in path:
+            continue
+        known |= set(re.findall(r"\\tag\{(\d+\.\d+[a-z]?)\}|\((\d+\.\d+[a-z]?)\)", tree.text(path)))
+        for number, line in tree.lines(path):
+            for tag in re.findall(r"\\tag\{(\d+\.\d+[a-z]?)\}", line):
+                if tag in tags:
+                    tree.problem(path, number, f"another equation is ({tag}), too")
+                tags.add(tag)
     known = {a or b for a, b in known}
     cited = re.compile(r"eqs?\. \(?(\d+\.\d+[a-z]?)\)?")
     for path in tree.files(CODE, ["src", "offload", "include", "tests"]):

@@ -40,6 +40,7 @@ FAULTS = {
     "words": ("src/low/low.c", TAG + "// TODO\n"),
 }
 MORE_FAULTS = [
+    ("equations", "docs/theory/one.md", "# First part\n\n$$x = y \\tag{1.2}$$\n\n$$z = y \\tag{1.2}$$\n"),
     ("links", "README.md", "See [the page](docs/theory/one.md#second-part).\n"),
     ("includes", "src/low/low.h", TAG + '#include "low.h"\n'),
     ("includes", "src/CMakeLists.txt", "nmm_floor(high SOURCES high.c USES low)\nnmm_floor(low SOURCES low.c)\n"),
