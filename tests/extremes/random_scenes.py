@@ -303,7 +303,7 @@ def way_of_rounding(scene):
 
 
 class Findings(list):
-    """What is wrong with a scene: (failed | told | slow | other steps | sensitive | other mesh,
+    """What is wrong with a scene: (failed | told | ended | slow | other steps | sensitive | other mesh,
     words)."""
 
     def __init__(self, program, scene):
@@ -339,10 +339,11 @@ class Findings(list):
         return None
 
     def look_at_absolute(self, name, scene, judge):
-        """One whose answer is known."""
+        """One whose answer is known, or that ends with the cause."""
         result = self.attempt(name, scene)
-        words = judge(scene, result) if result and result.completed else result and result.cause
-        if words:
+        if result and not result.completed:
+            self.append(("ended", f"{name}: {result.cause}"))
+        elif result and (words := judge(scene, result, way_of_rounding(scene)[0])):
             self.append(("failed", f"{name}: {words}"))
 
     def floors_of(self, name):
@@ -445,7 +446,7 @@ class Counts:
         n = sum(self.ends.values())
         lines = ["| | scenes | |", "|---|---|---|",
                  f"| tried | {n} | {', '.join(f'{end}: {k}' for end, k in self.ends.most_common())} |"]
-        for state in ("failed", "told", "slow", "other steps", "sensitive", "other mesh"):
+        for state in ("failed", "told", "ended", "slow", "other steps", "sensitive", "other mesh"):
             kinds = [f"{kind.split(': ')[1]}: {k}" for kind, k in self.kinds.most_common()
                      if kind.startswith(state)]
             lines.append(f"| {state} | {self.scenes[state]} | {', '.join(kinds)} |")
@@ -475,7 +476,7 @@ def main(program, *words):
                                                  int(options.get("--workers", 1)), limit):
         counts.add(seed, end, found, seconds)
         for state, text in found:
-            if state in ("failed", "told"):
+            if state in ("failed", "told", "ended"):
                 print(f"{state.upper()} seed {seed}: {text}", flush=True)
         if keep and any(state == "failed" for state, _ in found):
             with open(os.path.join(keep, f"seed_{seed}.yaml"), "w", encoding="utf-8") as file:
