@@ -108,12 +108,10 @@ static element_sums sum_element(const nmm_sim *sim, int e, double h) {
                                  : sum_functions(sim, e, h, sim->model.n_local);
 }
 
-double nmm_ledger_strain(const nmm_sim *sim, int element) {
-    return sum_element(sim, element, 0).strain;
-}
-
-double nmm_ledger_inner_work(const nmm_sim *sim, int element) {
-    return sum_element(sim, element, 0).inner;
+double nmm_ledger_strain(const nmm_sim *sim, int element, double *work) {
+    const element_sums sums = sum_element(sim, element, 0);
+    *work = sums.inner;
+    return sums.strain;
 }
 
 // Ties of slivers have an energy and a mass too.

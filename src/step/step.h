@@ -312,11 +312,9 @@ void nmm_watch_tell(nmm_sim *sim);
 /// What the scheme loses in the bodies in this try [J]: the first bracket of eq. (4.10).
 double nmm_ledger_lost_in_bodies(const nmm_sim *sim);
 
-/// Energies that an element stores in the state as it is, strain [J].
-double nmm_ledger_strain(const nmm_sim *sim, int element);
-
-/// Work of the inner forces of an element over the step [J], from the last residual.
-double nmm_ledger_inner_work(const nmm_sim *sim, int element);
+/// Strain energy that an element stores in the state as it is [J]; *work: of its inner forces over
+/// the step [J], from the last residual.
+double nmm_ledger_strain(const nmm_sim *sim, int element, double *work);
 
 /// "block 3 'slider' near (1.2, 3.4)", the place of an element.
 void nmm_element_place(const nmm_sim *sim, int element, char *text, size_t size);

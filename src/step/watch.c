@@ -36,8 +36,9 @@ static int gaining_element(const nmm_sim *sim) {
     int gainer = 0;
     double most = -INFINITY;
     for (int e = 0; e < sim->model.n_element; e++) {
-        const double stored = nmm_ledger_strain(sim, e) - nmm_ledger_strain(&before, e);
-        const double gain = stored - nmm_ledger_inner_work(sim, e);
+        double work, unused;
+        const double stored = nmm_ledger_strain(sim, e, &work);
+        const double gain = stored - nmm_ledger_strain(&before, e, &unused) - work;
         if (gain <= most) continue;
         most = gain;
         gainer = e;
