@@ -41,6 +41,7 @@ class Result(dict):
         self.messages = messages
         self.largest_energy = 0.0  # of any term of the ledger, at any step
         self.most_gained = 0.0  # energy that came from nowhere, at any step: eq. (4.18)
+        self.steps = numpy.zeros(0)  # [s] lengths
         self.places = numpy.zeros((0, 2))  # of the corners of all elements, at the start
 
     @property
@@ -78,6 +79,7 @@ class Result(dict):
             raise Fault("a number in the ledger is not finite")
         terms = data[:, [names.index(name) for name in TERMS]]
         self.largest_energy = float(numpy.abs(terms).max(initial=self.largest_energy))
+        self.steps = data[:, names.index("dt")]
         lost = numpy.concatenate([[0.0], data[:, names.index("numerical")]])
         self.most_gained = float((numpy.maximum.accumulate(lost) - lost).max())
 
