@@ -38,13 +38,12 @@
 /// What rounding may make of a force in springs that become stiffer.
 #define NMM_SPRING_ROUNDING 1e-3
 
-/// Rounding of a gap and of a slip where passes of statics gain nothing more, in rounding errors of
-/// the scene's size: of three places, each a sum over its covers, and of their differences. Springs
-/// stiff enough change their mode by it, pass after pass. In motion what is left would add up in
-/// the ledger, and inertia stands against such changes.
+/// Rounding of a gap and of a slip where passes gain nothing more, in rounding errors of the scene's
+/// size: of three places, each a sum over its covers, and of their differences. Springs stiff
+/// enough change their mode by it, pass after pass.
 #define NMM_GAP_ROUNDING 16
 
-/// Part of the forces of a block that this rounding may be in statics.
+/// Part of the forces of a block that this rounding may be.
 #define NMM_CLOUDED 1e-2
 
 /// Part of the force of a group of supports that their springs may hold beside the carried force:

@@ -309,10 +309,10 @@ static bool balanced(nmm_sim *sim, passes *p, double h) {
     return !swings || p->n > NMM_SWING_PASSES || !adds_up(sim);
 }
 
-// Statics whose passes gain nothing more: is what they leave rounding of the places, and next to
-// nothing beside the forces?
+// Passes gain nothing more: is what they leave rounding of the places, and next to nothing beside
+// the forces? In motion it must not add up either.
 static bool is_rounding(nmm_sim *sim, double h) {
-    if (!sim->settings.is_static) return false;
+    if (!sim->settings.is_static && adds_up(sim)) return false;
     if (nmm_balance_clouded(&sim->balance, NMM_CLOUDED, NMM_GAP_ROUNDING)) return false;
     sim->balance.gap_rounding = NMM_GAP_ROUNDING;
     const bool is = worst_balance(sim, h) <= 1;

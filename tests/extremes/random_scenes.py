@@ -286,19 +286,19 @@ def rounding_of(scene):
     """Energy [J] and force [N] below which there are no digits: what strains of 1e-12 of the whole
     store, springs included, and their push where a place is rounded."""
     size, stiffest = extent_of(scene), max(m["youngs_modulus"] for m in scene["materials"].values())
-    springs = max(1.0, scene.get("contact", {}).get("penalty", 40.0))
+    springs = max(1.0, 2 * scene.get("contact", {}).get("penalty", 40.0))  # as in eq. (4.19)
     return 1e-24 * size * size * stiffest * springs, 1e-15 * size * stiffest * springs
 
 
 def way_of_rounding(scene):
     """Displacement [m] and velocity [m/s] that the lightest body gets where forces are balanced as
-    well as they can be told: half of the force above stays unbalanced for all of the time."""
+    well as they can be told: a quarter of the force above stays unbalanced for all of the time."""
     if "time" not in scene:
         return 0.0, 0.0
     bodies = scene.get("domain", []) + scene.get("blocks", [])[1:]
     lightest = min(scene["materials"][b["material"]]["density"] * area_of(b["polygon"])
                    for b in bodies) if bodies else math.inf
-    velocity = 0.5 * rounding_of(scene)[1] / lightest * scene["time"]["end"]
+    velocity = 0.25 * rounding_of(scene)[1] / lightest * scene["time"]["end"]
     return 0.5 * velocity * scene["time"]["end"], velocity
 
 
