@@ -18,6 +18,7 @@ typedef struct nmm_builder {
     nmm_box box;            // of domain and blocks
     int n_filled_material;  // areas that take the only material
     int n_filled_interface; // interface of joints left to the default
+    int most_segments;      // of the circles whose number of sides is chosen; 0: none
 } nmm_builder;
 
 /// The checked scene from the raw one; mistakes are collected.
@@ -26,6 +27,7 @@ nmm_status nmm_scene_build(nmm_reader *reader, const raw_scene *raw);
 // --- names.c
 
 nmm_status nmm_build_materials(nmm_builder *b);
+nmm_status nmm_build_warn_materials(nmm_builder *b); // after the blocks: weight needs the box
 /// Interfaces; entry 0 is the scene's default.
 nmm_status nmm_build_interfaces(nmm_builder *b);
 /// Index of the material of an area; the only one where none is named.

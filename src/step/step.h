@@ -38,12 +38,13 @@
 /// What rounding may make of a force in springs that become stiffer.
 #define NMM_SPRING_ROUNDING 1e-3
 
-/// Rounding of a gap and of a slip where passes gain nothing more, in rounding errors of the scene's
-/// size: of three places, each a sum over its covers, and of their differences. Springs stiff
-/// enough change their mode by it, pass after pass.
+/// Rounding of a gap and of a slip where passes of statics gain nothing more, in rounding errors of
+/// the scene's size: of three places, each a sum over its covers, and of their differences. Springs
+/// stiff enough change their mode by it, pass after pass. In motion what is left would add up in
+/// the ledger, and inertia stands against such changes.
 #define NMM_GAP_ROUNDING 16
 
-/// Part of the forces of a block that this rounding may be.
+/// Part of the forces of a block that this rounding may be in statics.
 #define NMM_CLOUDED 1e-2
 
 /// Part of the force of a group of supports that their springs may hold beside the carried force:
@@ -128,12 +129,16 @@ typedef struct nmm_dump {
 /// What features cost, whether the scene has them or not.
 typedef struct nmm_costs {
     bool known;                    // weighed, which nmm_sim_check does
-    double curved_bytes;           // samples, stiffness and products of functions; order 0: 0
-    double tie_bytes;              // of ties of slivers; none: 0
+    double curved_bytes;           // stiffness, products of functions, samples; of order 1 at least
+    int curved_unknowns;           // more of order 1 where the order is 0; otherwise 0
+    double tie_bytes;              // of ties of slivers; none: what the first one takes at least
     double contact_bytes;          // search and mixing of passes, without forces and springs
     double contact_seconds;        // of one search
     double mean_bytes, hold_bytes; // start of a step; held covers
-    double displacement_bytes, velocity_bytes, stress_bytes; // of a frame of the run file
+    double support_bytes, load_bytes, monitor_bytes; // of all; none: of one
+    double initial_bytes;                            // kept as zeros where there is none
+    // Of a frame of the run file.
+    double displacement_bytes, velocity_bytes, stress_bytes, contact_rows;
 } nmm_costs;
 
 /// Supports that are raised together.

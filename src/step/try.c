@@ -34,13 +34,13 @@ static void restore_start(nmm_sim *sim) {
     nmm_state *state = &sim->state;
     const size_t pair = 2 * sizeof(double);
     memcpy(state->displacement, sim->start_displacement, (size_t)model->n_cover * pair);
-    memcpy(state->position, sim->start_position, (size_t)model->n_point * pair);
     if (model->n_support > 0) {
         memcpy(state->support_force, sim->start_support, (size_t)model->n_support * pair);
     }
     if (state->n_contact > 0) {
         memcpy(state->contact, sim->start_contact, (size_t)state->n_contact * sizeof(nmm_contact));
     }
+    nmm_state_place(model, state, sim->context.n_thread);
 }
 
 // Where there is contact a try begins where the motion of the last step leads, so that most
@@ -309,10 +309,10 @@ static bool balanced(nmm_sim *sim, passes *p, double h) {
     return !swings || p->n > NMM_SWING_PASSES || !adds_up(sim);
 }
 
-// Passes gain nothing more: is what they leave rounding of the places, and next to nothing beside
-// the forces? In motion it must not add up either.
+// Statics whose passes gain nothing more: is what they leave rounding of the places, and next to
+// nothing beside the forces?
 static bool is_rounding(nmm_sim *sim, double h) {
-    if (!sim->settings.is_static && adds_up(sim)) return false;
+    if (!sim->settings.is_static) return false;
     if (nmm_balance_clouded(&sim->balance, NMM_CLOUDED, NMM_GAP_ROUNDING)) return false;
     sim->balance.gap_rounding = NMM_GAP_ROUNDING;
     const bool is = worst_balance(sim, h) <= 1;

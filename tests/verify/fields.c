@@ -140,6 +140,49 @@ static void test_kirsch(void **state) {
     rows_end();
 }
 
+#define RIM 2.8125e-3 // displacement of the hole's rim, at t = 0 [m]
+
+static double rim_of(int order, double size, const char *segments, int *n) {
+    run r = RUN("kirsch.yaml", set_text("covers={order: %d, size: %g}", order, size), segments);
+    run_to_end(&r);
+    const double rim = run_monitor(&r, "beside").displacement[0];
+    if (n != NULL) *n = r.sim->scene.hole[0].n;
+    run_close(&r);
+    return rim;
+}
+
+// What a polygon instead of the circle adds to the error of the mesh, which is that of 768 sides.
+static void look_at_sides(int order, double size) {
+    const char *name = set_text("order %d, size %g", order, size);
+    const double round = rim_of(order, size, "holes[0].circle.segments=768", NULL);
+    const double mesh = round / RIM - 1;
+    row_note(set_text("%s, 768 sides: error of the rim's displacement", name), mesh);
+    double side[4], part[4];
+    for (int k = 0; k < 4; k++) {
+        const int n = 24 << k;
+        side[k] = 1.0 / n;
+        part[k] = rim_of(order, size, set_text("holes[0].circle.segments=%d", n), NULL) / RIM;
+        part[k] -= round / RIM;
+        row_note(set_text("%s, %d sides: what they add to it", name, n), part[k]);
+    }
+    row_near(set_text("%s: rate of that over the length of a side", name), 2,
+             rate_of(4, side, part), 0.25);
+    int n = 0;
+    const double chosen = rim_of(order, size, NULL, &n) / RIM - round / RIM;
+    row_below(set_text("%s, %d sides as chosen: what they add over the mesh's own", name, n),
+              chosen / mesh, 0.6);
+}
+
+static void test_kirsch_sides(void **state) {
+    (void)state;
+    look_at_sides(0, 0.15);
+    if (run_all()) look_at_sides(0, 0.075);
+    look_at_sides(1, 0.3);
+    if (run_all()) look_at_sides(1, 0.15);
+    look_at_sides(2, 0.6);
+    rows_end();
+}
+
 // --- Brazilian test and strip load
 
 static void test_brazilian(void **state) {
@@ -166,6 +209,7 @@ static void test_brazilian(void **state) {
 static void test_strip(void **state) {
     (void)state;
     const double size[] = {0.5, 0.25, 0.125};
+    double error[3];
     for (int k = 0; k < 3; k++) {
         const double h = size[k];
         run r = RUN("strip.yaml", set_text("covers.size=%g", h));
@@ -178,8 +222,11 @@ static void test_strip(void **state) {
         run_stress(&r, 0, -2, 2 * h, stress);
         row_close(set_text("size %g: stress at a depth of 2", h), -0.549815 * PRESSURE, stress[1],
                   0.1 * h);
+        error[k] = stress[1] / (-0.549815 * PRESSURE) - 1;
         run_close(&r);
     }
+    // A plane through the stresses around a place is of second order where nothing is near.
+    row_rate("the stress at a depth of 2", 2, 3, size, error, 0.3);
     rows_end();
 }
 
@@ -191,7 +238,8 @@ static void test_strip(void **state) {
 // The half width is that of the ellipse with the second moment of the contact forces: a^2 = 4
 // <x^2>. The cylinder is a polygon and its corners bear most, so pressures are forces gathered from
 // half a side before to half a side behind each corner; at the peak, as p^2 = A + B x^2 of these.
-static void hertz(double h) {
+// Returns the error of the half width.
+static double hertz(double h) {
     // The profile is resolved to the second order in h over the half width.
     const double tolerance = 1.2 * pow(h / 1.076405e-2, 2);
     run r = RUN("hertz.yaml", set_text("covers.size=%g", h));
@@ -220,21 +268,26 @@ static void hertz(double h) {
     row_close(set_text("size a/%.1f: peak pressure", 1.076405e-2 / h), 5.914314e6, sqrt(c[0]),
               tolerance);
     run_close(&r);
+    return 2 * sqrt(moment / force) / 1.076405e-2 - 1;
 }
 
 static void test_hertz(void **state) {
     (void)state;
-    hertz(3.6e-3);
-    if (run_all()) hertz(2.2e-3);
-    if (run_all()) hertz(1.4e-3);
+    const double size[] = {3.6e-3, 2.2e-3, 1.4e-3};
+    double error[3] = {hertz(size[0])};
+    if (run_all()) {
+        error[1] = hertz(size[1]);
+        error[2] = hertz(size[2]);
+        row_rate("the half width, 2 or better", 2, 3, size, error, 0);
+    }
     rows_end();
 }
 
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_lame),      cmocka_unit_test(test_kirsch),
-        cmocka_unit_test(test_brazilian), cmocka_unit_test(test_strip),
-        cmocka_unit_test(test_hertz),
+        cmocka_unit_test(test_lame),         cmocka_unit_test(test_kirsch),
+        cmocka_unit_test(test_kirsch_sides), cmocka_unit_test(test_brazilian),
+        cmocka_unit_test(test_strip),        cmocka_unit_test(test_hertz),
     };
     return verify_main(argc, argv, tests, sizeof tests / sizeof *tests);
 }
