@@ -248,7 +248,7 @@ typedef struct nmm_linear_def {
     double sor_factor;  ///< 0: 1.9
     int max_iterations; ///< 0: chosen
     int n_thread;       ///< 0: all
-    int n_repeat;       ///< solves to measure, each with its setup; at least 1
+    int n_repeat;       ///< solves to measure, each from the start with its setup; at least 1
     nmm_device_choice device;
     void *(*allocate)(void *user, void *old, size_t size); ///< as in nmm_sim_def
     void *user;

@@ -118,8 +118,8 @@ static double iteration_seconds(const nmm_summary *s) {
 
 // --- Break-even
 
-// All to the same tolerance. The system and its load are the same ones each time, the pattern is
-// new each time.
+// All to the same tolerance and from the start: the system and its load are the same ones each
+// time, the solver is a new one.
 static bool measure_rung(rung *r, int unknowns, int n_thread) {
     for (int runner = HOST; runner < RUNNERS; runner++) {
         nmm_linear_report report;

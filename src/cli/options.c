@@ -183,10 +183,12 @@ static const char *keep_linear(int id, const char *value, nmm_linear_def *def) {
     case OPTION_FACTOR:
         return read_number(value, 2, &def->sor_factor) ? NULL : "a number above 0 and below 2";
     case OPTION_MAX_ITERATIONS:
-        return read_integer(value, 1, 1000000000, &def->max_iterations) ? NULL
-                                                                        : "a whole number from 1";
+        return read_integer(value, 1, 1000000000, &def->max_iterations)
+                   ? NULL
+                   : "a whole number from 1 to 1e9";
     case OPTION_REPEAT:
-        return read_integer(value, 1, 1000000, &def->n_repeat) ? NULL : "a whole number from 1";
+        return read_integer(value, 1, 1000000, &def->n_repeat) ? NULL
+                                                               : "a whole number from 1 to 1e6";
     default:
         return NULL;
     }
@@ -261,7 +263,8 @@ static const char *keep_value(int id, const char *value, arguments *given) {
         return read_integer(value, 1, 4096, &given->n_thread) ? NULL
                                                               : "a whole number from 1 to 4096";
     case OPTION_STEPS:
-        return read_integer(value, 1, 1000000000, &given->n_step) ? NULL : "a whole number from 1";
+        return read_integer(value, 1, 1000000000, &given->n_step) ? NULL
+                                                                  : "a whole number from 1 to 1e9";
     case OPTION_ALLOW:
         return read_number(value, 1, &given->allow) ? NULL : "a number above 0 and below 1";
     case OPTION_DUMP:

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // One linear system from its files to its solution: read or generate, solve as often as it is to
-// be measured, judge, write. Each solve starts from nothing but the first guess: blocks, bounds and
-// factors are made anew, as a new step has to make them.
+// be measured, judge, write. Each solve has a solver of its own and starts from nothing but the
+// first guess: orders, blocks, bounds and factors are made anew, and auto knows nothing yet.
 
 #include "linear.h"
 #include "step.h"
@@ -189,6 +189,8 @@ typedef struct job {
 static nmm_status solve_once(job *j, double *seconds) {
     nmm_linear *s = &j->system;
     memcpy(s->u, s->guess, 2 * (size_t)s->K.n_row * sizeof(double));
+    j->backend->close(&j->context, &j->solver);
+    TRY(j->backend->open(&j->context, &j->solver, s->K.n_row, s->K.row_start[s->K.n_row]));
     const double start = nmm_clock();
     TRY(j->backend->solve(&j->context, j->solver, &s->K, s->f, s->u, false, &j->options,
                           &j->solved));
@@ -206,7 +208,6 @@ static nmm_status do_job(job *j) {
     j->read_seconds = nmm_clock() - start;
     j->options.place = s->place;
     j->options.body = s->body;
-    TRY(j->backend->open(&j->context, &j->solver, s->K.n_row, s->K.row_start[s->K.n_row]));
     TRY(nmm_allocate(&j->context, &j->seconds, (size_t)def->n_repeat, sizeof(double)));
     for (int k = 0; k < def->n_repeat; k++)
         TRY(solve_once(j, &j->seconds[k]));
@@ -235,11 +236,11 @@ static void explain(nmm_linear_report *report, const job *j) {
                  why[0] ? "; " : "", nmm_solve_method_name(solved->method));
     }
     if (asked->blocks == NMM_BLOCKS_AUTO || asked->blocks == solved->blocks) return;
-    const bool body = solved->blocks == NMM_BLOCKS_CLUSTER;
-    snprintf(why + strlen(why), size - strlen(why), "%s%s blocks were not used: %s",
+    // Why clusters stand in for bodies the solver has said itself.
+    const bool inverts = solved->blocks == NMM_BLOCKS_CLUSTER;
+    snprintf(why + strlen(why), size - strlen(why), "%s%s blocks were not used%s",
              why[0] ? "; " : "", nmm_solve_blocks_name(asked->blocks),
-             body ? "that of bodies is for pcg on the host, with places"
-                  : "the method inverts none");
+             inverts ? "" : ": the method inverts none");
 }
 
 static void copy_words(nmm_linear_report *report, const job *j) {

@@ -282,6 +282,9 @@ static nmm_status build_base_motion(nmm_builder *b) {
 
 static nmm_status note_filled(nmm_builder *b) {
     char why[80];
+    if (b->most_segments > 0)
+        TRY(note_number(b, "circle.segments", b->most_segments,
+                        "sides no longer than a cover, shorter with covers.order"));
     if (b->n_filled_material > 0 && b->scene->n_material == 1) {
         snprintf(why, sizeof why, "the only material; areas that name none: %d",
                  b->n_filled_material);

@@ -18,6 +18,7 @@ typedef struct nmm_builder {
     nmm_box box;            // of domain and blocks
     int n_filled_material;  // areas that take the only material
     int n_filled_interface; // interface of joints left to the default
+    int most_segments;      // of the circles whose number of sides is chosen; 0: none
 } nmm_builder;
 
 /// The checked scene from the raw one; mistakes are collected.

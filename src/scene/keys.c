@@ -42,7 +42,8 @@ static const nmm_key circle_keys[] = {
     {"radius", KEY(raw_circle, radius), .dimension = {NMM_LENGTH}, .range = ABOVE(0),
      .required = true, .meaning = "radius; the corners lie on the circle"},
     {"segments", KEY(raw_circle, segments), .whole = true, .range = FROM_TO(3, 10000),
-     .standard = "48", .why = "the area is 0.3 % small", .meaning = "straight sides"},
+     .automatic = true, .standard = "auto", .why = "sides no longer than a cover",
+     .meaning = "straight sides; `auto`: 48 or more, as the mesh needs"},
 };
 static const nmm_object circle_object =
     OBJECT("circle", circle_keys, raw_circle, .meaning = "A circle, as a regular polygon.");

@@ -488,8 +488,9 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
         end_early(solver, report, NMM_SOLVE_NOT_FINITE, row_of_f);
         return NMM_OK;
     }
-    // No load, no displacement.
+    // No load, no displacement, if the matrix holds numbers.
     if (solver->norm == 0) {
+        if (!nmm_solver_check_numbers(solver, K, report)) return NMM_OK;
         for (int i = 0; i < 2 * K->n_row; i++)
             u[i] = 0;
         report->residual = 0;
@@ -504,6 +505,12 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
         end_early(solver, report, end, row);
         return NMM_OK;
     }
+    const double least = nmm_solver_least_norm(solver, K);
+    solver->least = least > solver->limit ? least : 0;
+    if (least > solver->limit) {
+        solver->limit = least;
+        report->why = "loads so small that displacements are next to the smallest number";
+    }
     take_values(solver, K);
     if (report->precision == NMM_PRECISION_MIXED && !take_narrow(solver)) {
         report->precision = NMM_PRECISION_DOUBLE;
@@ -516,7 +523,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
 }
 
 void nmm_solver_finish(nmm_solver *solver, double norm, double *u, nmm_solve_report *report) {
-    report->residual = norm / solver->norm;
+    report->residual = nmm_max(norm, nmm_min(solver->least, solver->norm)) / solver->norm;
     const bool kept = solver->options.keep_last || report->end == NMM_SOLVE_CONVERGED;
     if (kept || norm <= solver->guess_norm) {
         if (nmm_solver_write_back(solver, u)) return;

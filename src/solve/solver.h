@@ -139,6 +139,7 @@ struct nmm_solver {
     nmm_solve_options options; // every 0 replaced by what it stands for
     double norm;               // |f|
     double limit;              // |r| must not be larger
+    double least;              // the limit, where the range of numbers sets it; else 0
     double guess_norm;         // |r| of the first guess taken
     int exponent;              // f = 2^exponent * scaled f
     bool guess_dropped;        // u = 0 is used instead of the caller's guess
@@ -211,6 +212,10 @@ double nmm_solver_first_norm(nmm_solver *solver, const double *u,
 
 /// Is this residual norm no more than what rounding may leave of the terms of f - K u?
 bool nmm_solver_rounds(const nmm_solver *solver, double norm);
+
+/// Residual norm that displacements next to zero, which are multiples of 4.9e-324, may leave; 0
+/// where it is below the limit in any case.
+double nmm_solver_least_norm(const nmm_solver *solver, const nmm_bsr *K);
 
 /// Row of the caller for a row of the iteration; -1: padding.
 static inline int nmm_solver_row(const nmm_solver *solver, int row) {

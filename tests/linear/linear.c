@@ -173,6 +173,21 @@ static void one_matrix_in_three_ways(void **unused) {
     assert_true(ones.error >= 0 && ones.error < 1e-12);
 }
 
+// The last of several solves is like the first: nothing was learned or kept.
+static void each_solve_is_from_the_start(void **unused) {
+    (void)unused;
+    nmm_linear_def def = nmm_default_linear_def();
+    def.generate = 2000;
+    def.n_thread = 1;
+    const nmm_linear_report once = solve(&def);
+    def.n_repeat = 9;
+    const nmm_linear_report often = solve(&def);
+    assert_string_equal(once.method, often.method);
+    assert_string_equal(once.blocks, often.blocks);
+    assert_int_equal(once.iterations, often.iterations);
+    assert_close(once.solution_norm, often.solution_norm, 0);
+}
+
 static void every_method(void **unused) {
     (void)unused;
     static const char *const method[] = {"auto", "jacobi", "chebyshev",   "pcg",
@@ -355,6 +370,7 @@ int main(void) {
         cmocka_unit_test(a_dumped_system_gives_the_bits_of_the_run),
         cmocka_unit_test(dumps_that_cannot_be),
         cmocka_unit_test(one_matrix_in_three_ways),
+        cmocka_unit_test(each_solve_is_from_the_start),
         cmocka_unit_test(every_method),
         cmocka_unit_test(solves_that_fail_say_why),
         cmocka_unit_test(wrong_files_are_told),

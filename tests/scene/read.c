@@ -161,6 +161,37 @@ static void polygons_turn_counter_clockwise(void **unused) {
     assert_int_equal(scene.region[0].material, 0);
 }
 
+// None longer than a cover, or a part of it for higher orders; 48 at least, unless given.
+static void circles_follow_the_mesh(void **unused) {
+    (void)unused;
+    const struct {
+        const char *covers, *segments;
+        int n;
+    } c[] = {
+        {"", "", 48},
+        {"covers: {size: 0.1}\n", "", 48},
+        {"covers: {size: 0.01}\n", "", 315},
+        {"covers: {size: 0.01}\n", ", segments: auto", 315},
+        {"covers: {size: 0.01}\n", ", segments: 7", 7},
+        {"covers: {size: 0.1, order: 1}\n", "", 126},
+        {"covers: {size: 0.1, order: 2}\n", "", 252},
+        {"covers: {order: 2}\n", "", 384},
+        {"covers: {mesh: block}\n", "", 48},
+        {"covers: {size: 1e-6}\n", "", 10000},
+    };
+    for (size_t k = 0; k < sizeof c / sizeof *c; k++) {
+        char text[512];
+        snprintf(text, sizeof text, HEAD "holes: [{circle: {center: [2,1], radius: 0.5%s}}]\n%s",
+                 c[k].segments, c[k].covers);
+        parse_good(text);
+        assert_int_equal(scene.hole[0].n, c[k].n);
+        char note[64];
+        snprintf(note, sizeof note, "circle.segments = %d:", c[k].n);
+        const bool chosen = c[k].n != 7;
+        assert_true((strstr(scene.defaults, note) != NULL) == chosen);
+    }
+}
+
 static void blocks_repeat_in_bond(void **unused) {
     (void)unused;
     parse_good(HEAD "blocks:\n"
@@ -392,6 +423,7 @@ int main(void) {
         cmocka_unit_test(defaults_are_noted_once),
         cmocka_unit_test(only_interface_is_the_default),
         cmocka_unit_test(polygons_turn_counter_clockwise),
+        cmocka_unit_test(circles_follow_the_mesh),
         cmocka_unit_test(blocks_repeat_in_bond),
         cmocka_unit_test(places_and_histories_arrive),
         cmocka_unit_test(overrides_replace_and_add),

@@ -105,6 +105,65 @@ static void test_numbers_nobody_needs(void **state) {
     tear_down(&x);
 }
 
+// No load asks nothing of the matrix; it is looked at all the same.
+static void test_numbers_without_load(void **state) {
+    (void)state;
+    fixture x;
+    set_up(&x);
+    memset(x.system.f, 0, sizeof(double) * 2 * N_ROW);
+    x.system.K.value[4 * x.system.K.row_start[21] + 2] = NAN;
+    expect(&x, NMM_SOLVE_NOT_FINITE, 21);
+    tear_down(&x);
+}
+
+// |f - K u| / |f| in a wider range of numbers than that of u.
+static long double wide_residual(const test_system *system, const double *u) {
+    const nmm_bsr *K = &system->K;
+    long double left = 0, load = 0;
+    for (int i = 0; i < 2 * K->n_row; i++) {
+        long double r = system->f[i];
+        load += r * r;
+        for (int k = K->row_start[i / 2]; k < K->row_start[i / 2 + 1]; k++)
+            for (int j = 0; j < 2; j++)
+                r -= (long double)K->value[4 * (long)k + 2 * (i % 2) + j] * u[2 * K->col[k] + j];
+        left += r * r;
+    }
+    return sqrtl(left / load);
+}
+
+// Loads so small, or a matrix so large, that displacements are next to the smallest number or below
+// it: no false residual, no other cause. Above that nothing is special.
+static void test_below_the_range_of_numbers(void **state) {
+    (void)state;
+    const struct {
+        double matrix, load;
+        bool special;
+    } part[] = {{1, 1e-300, false}, {1, 1e-316, true},    {1, 1e-322, true},
+                {1e60, 1, false},   {1e60, 1e-256, true}, {1e60, 1e-300, true}};
+    for (int k = 0; k < 6; k++) {
+        fixture x;
+        set_up(&x);
+        for (int i = 0; i < 4 * x.system.n_block; i++)
+            x.system.K.value[i] *= part[k].matrix;
+        for (int i = 0; i < 2 * N_ROW; i++)
+            x.system.f[i] = part[k].load * (1 + i % 3);
+        for (int m = 0; m < N_METHOD; m++) {
+            nmm_solve_options options = nmm_default_solve_options();
+            options.method = methods[m];
+            nmm_solve_report report;
+            memset(x.u, 0, sizeof x.u);
+            assert_int_equal(nmm_solve_host()->solve(&x.context, x.solver, &x.system.K, x.system.f,
+                                                     x.u, false, &options, &report),
+                             NMM_OK);
+            assert_int_equal(report.end, NMM_SOLVE_CONVERGED);
+            assert_int_equal(strstr(report.why, "smallest number") != NULL, part[k].special);
+            if (!part[k].special) assert_true(report.residual <= 1e-8);
+            assert_true(wide_residual(&x.system, x.u) <= 1.001L * report.residual + 1e-14L);
+        }
+        tear_down(&x);
+    }
+}
+
 static void test_diagonal_not_positive(void **state) {
     (void)state;
     const double block[][4] = {{0, 0, 0, 0},  {1, 0, 0, 0},      {0, 0, 0, 1},        {-1, 0, 0, 1},
@@ -473,6 +532,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_numbers_not_finite),
         cmocka_unit_test(test_numbers_nobody_needs),
+        cmocka_unit_test(test_numbers_without_load),
+        cmocka_unit_test(test_below_the_range_of_numbers),
         cmocka_unit_test(test_diagonal_not_positive),
         cmocka_unit_test(test_bad_patterns),
         cmocka_unit_test(test_one_sided),

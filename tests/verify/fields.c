@@ -140,6 +140,49 @@ static void test_kirsch(void **state) {
     rows_end();
 }
 
+#define RIM 2.8125e-3 // displacement of the hole's rim, at t = 0 [m]
+
+static double rim_of(int order, double size, const char *segments, int *n) {
+    run r = RUN("kirsch.yaml", set_text("covers={order: %d, size: %g}", order, size), segments);
+    run_to_end(&r);
+    const double rim = run_monitor(&r, "beside").displacement[0];
+    if (n != NULL) *n = r.sim->scene.hole[0].n;
+    run_close(&r);
+    return rim;
+}
+
+// What a polygon instead of the circle adds to the error of the mesh, which is that of 768 sides.
+static void look_at_sides(int order, double size) {
+    const char *name = set_text("order %d, size %g", order, size);
+    const double round = rim_of(order, size, "holes[0].circle.segments=768", NULL);
+    const double mesh = round / RIM - 1;
+    row_note(set_text("%s, 768 sides: error of the rim's displacement", name), mesh);
+    double side[4], part[4];
+    for (int k = 0; k < 4; k++) {
+        const int n = 24 << k;
+        side[k] = 1.0 / n;
+        part[k] = rim_of(order, size, set_text("holes[0].circle.segments=%d", n), NULL) / RIM;
+        part[k] -= round / RIM;
+        row_note(set_text("%s, %d sides: what they add to it", name, n), part[k]);
+    }
+    row_near(set_text("%s: rate of that over the length of a side", name), 2,
+             rate_of(4, side, part), 0.25);
+    int n = 0;
+    const double chosen = rim_of(order, size, NULL, &n) / RIM - round / RIM;
+    row_below(set_text("%s, %d sides as chosen: what they add over the mesh's own", name, n),
+              chosen / mesh, 0.6);
+}
+
+static void test_kirsch_sides(void **state) {
+    (void)state;
+    look_at_sides(0, 0.15);
+    if (run_all()) look_at_sides(0, 0.075);
+    look_at_sides(1, 0.3);
+    if (run_all()) look_at_sides(1, 0.15);
+    look_at_sides(2, 0.6);
+    rows_end();
+}
+
 // --- Brazilian test and strip load
 
 static void test_brazilian(void **state) {
@@ -232,9 +275,9 @@ static void test_hertz(void **state) {
 
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_lame),      cmocka_unit_test(test_kirsch),
-        cmocka_unit_test(test_brazilian), cmocka_unit_test(test_strip),
-        cmocka_unit_test(test_hertz),
+        cmocka_unit_test(test_lame),         cmocka_unit_test(test_kirsch),
+        cmocka_unit_test(test_kirsch_sides), cmocka_unit_test(test_brazilian),
+        cmocka_unit_test(test_strip),        cmocka_unit_test(test_hertz),
     };
     return verify_main(argc, argv, tests, sizeof tests / sizeof *tests);
 }
