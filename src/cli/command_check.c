@@ -12,7 +12,8 @@
 
 static void print_check(nmm_sim *sim, const char *path, const nmm_check *c) {
     const char *title = nmm_sim_title(sim), *choices = nmm_sim_choices(sim);
-    printf("%s: %s\n", path, title && *title ? title : "no title");
+    printf("%s: %s\n", is_standard_input(path) ? "<stdin>" : path,
+           title && *title ? title : "no title");
     printf("  %d blocks, %d elements, %d covers, %d unknowns\n", c->blocks, c->elements, c->covers,
            c->unknowns);
     printf("  %d contacts in the first configuration\n", c->contacts);

@@ -74,8 +74,8 @@ int scene_warnings(const nmm_check *check, char warning[][WARNING_LENGTH]) {
                  "%d joint end%s cut back to the edge of an element, %.3g m in all: a joint "
                  "ends where it leaves an element; smaller covers lose less",
                  check->trimmed, check->trimmed == 1 ? " was" : "s were", check->trimmed_length);
-    // A sliver: an element a thousandth of its neighbours. Solvers do not mind; large strains do.
-    if (check->elements > 0 && check->smallest_area < 1e-3 * check->mean_area)
+    // A sliver, as the step calls it. Solvers do not mind; large strains do.
+    if (check->elements > 0 && check->smallest_area < 1e-6 * check->mean_area)
         snprintf(warning[n++], WARNING_LENGTH,
                  "smallest element %.3g m2 is a sliver (mean %.3g m2): large strains may turn it "
                  "inside out; another covers.size or joints that meet in a point help",

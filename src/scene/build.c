@@ -278,6 +278,16 @@ static nmm_status build_base_motion(nmm_builder *b) {
                           "as a force on all that is there");
 }
 
+// --- Supports
+
+static nmm_status warn_of_fall(nmm_builder *b) {
+    const nmm_vec2 g = b->scene->gravity;
+    const bool held = raw_given(&b->raw->head, "supports") && b->raw->supports.n > 0;
+    if (held || raw_given(&b->raw->head, "base_motion") || (g.x == 0 && g.y == 0)) return NMM_OK;
+    return nmm_scene_warn(b->reader->context, b->scene, b->raw->head.node->mark,
+                          "no supports: nothing is held, and gravity moves all that is there");
+}
+
 // --- All
 
 static nmm_status note_filled(nmm_builder *b) {
@@ -313,6 +323,8 @@ nmm_status nmm_scene_build(nmm_reader *reader, const raw_scene *raw) {
     TRY(nmm_build_places(&b));
     TRY(build_initial(&b));
     TRY(build_base_motion(&b));
+    TRY(nmm_build_warn_materials(&b));
+    TRY(warn_of_fall(&b));
     TRY(check_covers(&b));
     TRY(build_scheme(&b));
     copy_settings(&b);

@@ -27,6 +27,7 @@ nmm_status nmm_scene_build(nmm_reader *reader, const raw_scene *raw);
 // --- names.c
 
 nmm_status nmm_build_materials(nmm_builder *b);
+nmm_status nmm_build_warn_materials(nmm_builder *b); // after the blocks: weight needs the box
 /// Interfaces; entry 0 is the scene's default.
 nmm_status nmm_build_interfaces(nmm_builder *b);
 /// Index of the material of an area; the only one where none is named.

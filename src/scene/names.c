@@ -40,6 +40,40 @@ nmm_status nmm_build_materials(nmm_builder *b) {
     return NMM_OK;
 }
 
+// Cork and osmium: densities between them are common.
+#define LEAST_DENSITY 100.0
+#define MOST_DENSITY 25000.0
+
+// What the stress of the own weight over the scene strains, where small strains end.
+#define MOST_WEIGHT 0.1
+
+// A number without its unit: t/m3 or kN/m3 of a density, GPa or MPa of a modulus.
+nmm_status nmm_build_warn_materials(nmm_builder *b) {
+    nmm_scene *scene = b->scene;
+    const raw_material *raw = b->raw->materials.item;
+    const nmm_vec2 g = scene->gravity;
+    const double depth =
+        fabs(g.x) * (b->box.high.x - b->box.low.x) + fabs(g.y) * (b->box.high.y - b->box.low.y);
+    for (int i = 0; i < scene->n_material; i++) {
+        const nmm_material *m = &scene->material[i];
+        if (!raw_good(&raw[i].head, "density") || !raw_good(&raw[i].head, "youngs_modulus"))
+            continue;
+        if (m->density < LEAST_DENSITY || m->density > MOST_DENSITY)
+            TRY(nmm_scene_warn(b->reader->context, scene, raw_mark(&raw[i].head, "density"),
+                               "density of %g kg/m3: no rock, soil or metal has it; another unit "
+                               "is written behind the number, as in 2.6 t/m3",
+                               m->density));
+        const double strain = m->density * depth / m->youngs_modulus;
+        if (strain > MOST_WEIGHT)
+            TRY(nmm_scene_warn(
+                b->reader->context, scene, raw_mark(&raw[i].head, "youngs_modulus"),
+                "youngs_modulus of %g Pa: weight over the height of the scene is %.2g "
+                "of it; another unit is written behind the number, as in 5 GPa",
+                m->youngs_modulus, strain));
+    }
+    return NMM_OK;
+}
+
 // "; defined: a, b, c" for messages, cut where it gets long.
 typedef struct name_list {
     char text[160];

@@ -122,6 +122,11 @@ static nmm_status complain_unknown(nmm_reader *reader, raw_head *head, const nmm
     }
     const char *nearest = nmm_nearest(node->key, n, candidate);
     if (nearest != NULL) head->given |= bit_of(head, nearest);
+    if (node->key[strspn(node->key, "0123456789.eE+-")] == 0)
+        return nmm_complain(reader, node->key_mark,
+                            "unknown key '%s'; a comma begins a new key: a number has a decimal "
+                            "point, and none between thousands",
+                            nmm_excerpt_of(node->key).text);
     return nmm_complain(reader, node->key_mark, "unknown key '%s'%s; allowed in %s: %s",
                         nmm_excerpt_of(node->key).text, nmm_hint(node->key, n, candidate).text,
                         object->name, list);

@@ -251,8 +251,12 @@ static nmm_status complain_syntax(builder *b, const yaml_parser_t *parser, const
     if (*context == 0 || line == mark.line)
         return nmm_complain(b->reader, mark, "syntax: %s%s%s", problem, *context ? " " : "",
                             context);
-    return nmm_complain(b->reader, mark, "syntax: %s %s that began in line %d", problem, context,
-                        line);
+    const bool block = strstr(context, "block mapping") || strstr(context, "block collection");
+    return nmm_complain(b->reader, mark, "syntax: %s %s that began in line %d%s", problem, context,
+                        line,
+                        block ? "; keys of one map begin in the same column, entries of one list "
+                                "with '-' in the same column"
+                              : "");
 }
 
 static nmm_status build(builder *b, yaml_parser_t *parser, const char *text, size_t length) {

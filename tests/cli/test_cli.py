@@ -348,7 +348,7 @@ joints:
         self.assertEqual(len(result["warnings"]), 1)
         self.expect(0, "run", "fall.yaml", *size, err="warning: 1 joint end was")
 
-    # An L: joints in its box that miss it are named with their line, traces of a set are counted.
+    # An L: joints in its box that miss it are named with their line, sets where all traces miss it.
     def test_joints_outside(self):
         start = FALL.index("blocks:"), FALL.index("materials:")
         text = FALL[:start[0]] + """domain:
@@ -358,19 +358,20 @@ joints:
   - {name: bed, polyline: [[-1, 0.5], [3, 0.5]]}
   - {polyline: [[1.2, 1.5], [1.8, 1.95]]}
 joint_sets:
-  - {name: cross, dip: 135, spacing: 1.25, origin: [1.9, 1.9]}
+  - {name: bedding, dip: 135, spacing: 1.25, origin: [1.9, 1.9]}
+  - {name: cross, dip: 135, spacing: 1.25, origin: [1.9, 1.9], inside: [[1.2, 1.2], [2, 1.2], [2, 2]]}
 """ + FALL[start[1]:]
         self.write("fall.yaml", text)
         line = text[:text.index("{name: seam")].count("\n") + 1
         told = ["fall.yaml:%d:5: warning: 'seam': this joint lies outside the domain and cuts nothing" % line,
                 "fall.yaml:%d:5: warning: 'joint 3': this joint lies outside the domain and cuts nothing"
                 % (line + 2),
-                "fall.yaml:%d:5: warning: 'cross': 1 of the 3 traces of this joint set lies outside the "
-                "domain and cuts nothing" % (line + 4)]
+                "fall.yaml:%d:5: warning: 'cross': all traces of this joint set, 1, lie outside the "
+                "domain and cut nothing" % (line + 5)]
         _, err = self.expect(0, "check", "fall.yaml", "--set", "covers.size=0.5")
         self.assertEqual([found for found in err.splitlines() if "outside" in found], told)
         result = strict_json(self.expect(0, "check", "fall.yaml", "--json")[0])
-        self.assertEqual(result["joints_outside"], 3)
+        self.assertEqual(result["joints_outside"], 4)
 
     def test_check_explains_lengths(self):
         self.write("fall.yaml", FALL.replace("{size: 1}", "{mesh: block}"))

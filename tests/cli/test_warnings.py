@@ -103,8 +103,9 @@ class Warnings(Case):
 
     def test_domain_of_two_materials(self):
         self.check(TWO_MATERIALS, 8, "line 7", "0.5 m2", "of 'clay', not 'rock'")
-        self.silent(TWO_MATERIALS.replace("clay", "rock"))
-        self.silent(TWO_MATERIALS.replace("0.5]", "1]"))
+        held = "supports:\n  - {segment: [[0, 0], [1, 0]], fix: xy}\n"
+        self.silent(TWO_MATERIALS.replace("clay", "rock") + held)
+        self.silent(TWO_MATERIALS.replace("0.5]", "1]") + held)
 
     def test_region_in_a_hole(self):
         circle = "{circle: {center: [0.5, 0.5], radius: %s}%s}\n"
@@ -122,6 +123,29 @@ class Warnings(Case):
     def test_earthquake_without_supports(self):
         self.check(SHAKEN, 8, "base_motion without supports")
         self.silent(SHAKEN + SOFT[len(SQUARE):])
+
+    def test_nothing_held(self):
+        self.check(SQUARE, 1, "no supports", "gravity moves all")
+        self.silent(SOFT)
+        self.silent(SQUARE + "gravity: [0, 0]\n")
+
+    # 26 kN/m3, 2.6 t/m3 and 5 GPa without their units.
+    def test_numbers_without_their_units(self):
+        for wrong in "26", "2.6":
+            done = self.nmm("check", "-q", "scene.yaml",
+                            "--set", f"materials.rock.density={wrong}", scene=SOFT)
+            self.assertIn(f"warning: density of {wrong} kg/m3", done.stderr)
+            self.assertEqual(done.returncode, 0)
+        for wrong, told in ("5", True), ("2.4e5", True), ("2.5e5", False):
+            done = self.nmm("check", "-q", "scene.yaml",
+                            "--set", f"materials.rock.youngs_modulus={wrong}")
+            self.assertEqual("warning: youngs_modulus of " in done.stderr, told, done.stderr)
+
+    # Lattices cut thin elements off nearly everywhere: only what a step calls a sliver is told.
+    def test_slivers(self):
+        done = self.nmm("check", "-q", "scene.yaml", scene=SLIVER)
+        self.assertRegex(done.stderr, "^warning: smallest element .* is a sliver")
+        self.silent(SLIVER.replace("2.00000001", "2.01"))
 
     def test_motion_in_statics(self):
         self.check(RESTING, 10, "damping has no effect with kind: static")
@@ -228,6 +252,7 @@ class Hints(Case):
         self.assertEqual(done.returncode, 3)
         self.assertTrue(re.match(r"<stdin>:7:\d+: error: ", done.stderr), done.stderr)
         self.assertEqual(self.nmm("check", "-", input="").returncode, 3)
+        self.assertRegex(self.nmm("check", "-", input=HEAD + SQUARE).stdout, "^<stdin>: no title")
         self.assertIn("file", self.refused("compare", "-", input=HEAD + SQUARE))
 
 
