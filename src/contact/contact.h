@@ -94,8 +94,11 @@ int nmm_contact_break(const nmm_model *model, nmm_state *state);
 double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model,
                         const nmm_state *state);
 
-/// Augmented contact: what the rounding of places is in the stiffest spring, over the largest
-/// force.
+/// How far its vertex or its edge has moved since the start [m]: gaps are differences of that.
+double nmm_contact_way(const nmm_model *model, const nmm_state *state, const nmm_contact *contact);
+
+/// Augmented contact: what the rounding of displacements is in the stiffest spring, over the
+/// largest force.
 double nmm_contact_rounding(const nmm_contact_search *search, const nmm_model *model,
                             const nmm_state *state);
 

@@ -226,12 +226,13 @@ const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int
 }
 
 static nmm_contact with_history(const nmm_contact_search *search, const nmm_model *model,
-                                const nmm_raw *raw, const nmm_contact *old) {
+                                const nmm_state *state, const nmm_raw *raw,
+                                const nmm_contact *old) {
     nmm_contact c = new_contact(search, model, raw);
     if (old != NULL)
         inherit(search, &c, old);
     else
-        c.rest = nmm_min(0, c.gap);
+        c.rest = nmm_min(0, nmm_contact_gap(model, state, c.vertex, c.edge));
     set_springs(search, model, &c);
     return c;
 }
@@ -327,7 +328,7 @@ static int make_list(nmm_contact_search *search, const nmm_narrowing *now, bool 
             order == 0 ? &state->contact[old++] : nmm_contact_history(now, raw->vertex, raw->edge);
         // A bond at the same place, kept under its own name, stands for this one.
         if (before != NULL && before->bonded && order != 0) continue;
-        search->next[n] = with_history(search, now->model, raw, before);
+        search->next[n] = with_history(search, now->model, state, raw, before);
         search->grows |= is_longer(&search->next[n], before);
         if (begins) begin_contact(now->model, state, raw, &search->next[n]);
         n += 1;

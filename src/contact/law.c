@@ -11,6 +11,12 @@
 
 #define AT_LIMIT (1 - 1e-9)
 
+// Part of its friction with which a contact sticks, whatever rounding is.
+#define HOLDS 0.5
+
+// Of a slip, over the lengths it is made of.
+#define ROUNDING 1e-15
+
 // --- Kinematics
 
 // Was the vertex beyond a convex end of the edge when the step began, and is it still? Then it
@@ -35,14 +41,59 @@ static bool passes_corner(const nmm_model *model, const nmm_state *state, const 
     return foot < 0 ? turn < -NMM_SLANTED : turn > NMM_SLANTED;
 }
 
-// Gap and slip, eq. (5.1); false when the vertex passes a corner of the other block.
-static bool measure(const nmm_model *model, const nmm_state *state, nmm_contact *c) {
-    const nmm_edge_line e = nmm_edge_line_of(model, state, c->edge);
-    const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, c->vertex), e.p);
-    const double foot = nmm_vec2_dot(e.t, off);
-    c->gap = nmm_vec2_dot(e.n, off);
-    c->slip = foot - c->anchor * e.length;
-    return c->bonded || !passes_corner(model, state, c, &e, foot);
+// A vertex and the edge it meets: where they began, and how they have moved against each other.
+typedef struct meeting {
+    nmm_vec2 begun, moved;  // from the start of the edge to the vertex
+    nmm_vec2 along, turned; // from the start of the edge to its end
+} meeting;
+
+static nmm_vec2 difference(const double *of_point, int p, int from) {
+    const double *a = of_point + 2 * (long)p, *b = of_point + 2 * (long)from;
+    return (nmm_vec2){a[0] - b[0], a[1] - b[1]};
+}
+
+static meeting meeting_of(const nmm_model *model, const nmm_state *state, int vertex, int edge) {
+    const int p0 = model->vertex_point[vertex], p1 = model->vertex_point[edge];
+    const int p2 = model->vertex_point[model->vertex_next[edge]];
+    return (meeting){.begun = difference(model->point, p0, p1),
+                     .moved = difference(state->shift, p0, p1),
+                     .along = difference(model->point, p2, p1),
+                     .turned = difference(state->shift, p2, p1)};
+}
+
+// Moment of the vertex about the edge, eq. (5.16): its first part is a constant, so that it changes
+// with the digits of what moved and not with those of places.
+static double moment_of(const meeting *m, nmm_vec2 e) {
+    return nmm_vec2_cross(m->begun, m->along) +
+           (nmm_vec2_cross(m->begun, m->turned) + nmm_vec2_cross(m->moved, e));
+}
+
+double nmm_contact_way(const nmm_model *model, const nmm_state *state, const nmm_contact *c) {
+    const double *a = state->shift + 2 * (long)model->vertex_point[c->vertex];
+    const double *b = state->shift + 2 * (long)model->vertex_point[c->edge];
+    return nmm_max(nmm_max(fabs(a[0]), fabs(a[1])), nmm_max(fabs(b[0]), fabs(b[1])));
+}
+
+double nmm_contact_gap(const nmm_model *model, const nmm_state *state, int vertex, int edge) {
+    const meeting m = meeting_of(model, state, vertex, edge);
+    const nmm_vec2 e = nmm_vec2_add(m.along, m.turned);
+    return moment_of(&m, e) / sqrt(nmm_vec2_dot(e, e));
+}
+
+// Gap and slip, eq. (5.1); false when the vertex passes a corner of the other block. `rounding` [m]
+// is what the slip is uncertain by: displacements, and the anchor, a part of the edge.
+static bool measure(const nmm_model *model, const nmm_state *state, nmm_contact *c,
+                    double *rounding) {
+    const meeting m = meeting_of(model, state, c->vertex, c->edge);
+    const nmm_vec2 e = nmm_vec2_add(m.along, m.turned);
+    const double length = sqrt(nmm_vec2_dot(e, e)), scale = 1 / length;
+    const nmm_vec2 began = nmm_vec2_sub(m.begun, nmm_vec2_scale(c->anchor, m.along));
+    const nmm_vec2 slid = nmm_vec2_sub(m.moved, nmm_vec2_scale(c->anchor, m.turned));
+    c->gap = scale * moment_of(&m, e);
+    c->slip = scale * (nmm_vec2_dot(e, began) + nmm_vec2_dot(e, slid));
+    *rounding = ROUNDING * (length + nmm_contact_way(model, state, c));
+    const nmm_edge_line line = {.t = nmm_vec2_scale(scale, e), .length = length};
+    return c->bonded || !passes_corner(model, state, c, &line, c->slip + c->anchor * length);
 }
 
 // For elements with m functions; a constant m makes straight code of it.
@@ -120,11 +171,13 @@ static void slide_or_stick(nmm_contact *c, double N, double T, double friction, 
     set_open(c);
     if (N <= 0) return;
     const double limit = friction * N;
-    // A contact that just slid stands exactly at its limit: rounding must not make it stick.
+    // A contact that just slid stands exactly at its limit: rounding must not make it stick. The
+    // force is what it is, or where rounding is more than friction it would jump.
     const double blur = (c->shear_stiffness + friction * c->normal_stiffness) * rounding;
+    const double holds = nmm_max(limit * AT_LIMIT - blur, HOLDS * limit);
     c->normal_force = N;
-    c->mode = fabs(T) < limit * AT_LIMIT - blur ? NMM_CONTACT_STICK : NMM_CONTACT_SLIDE;
-    c->shear_force = c->mode == NMM_CONTACT_STICK ? T : copysign(limit, T);
+    c->mode = fabs(T) < holds ? NMM_CONTACT_STICK : NMM_CONTACT_SLIDE;
+    c->shear_force = copysign(nmm_min(fabs(T), limit), T);
 }
 
 // A bond is elastic during the passes; whether it holds is asked when forces balance.
@@ -209,8 +262,9 @@ static void evaluate(const nmm_model *model, const nmm_state *state, int k,
     nmm_contact *c = &state->contact[k];
     const nmm_contact_mode before = c->mode;
     verdict->n_slid += before == NMM_CONTACT_SLIDE;
-    if (measure(model, state, c))
-        apply_law(&model->interface[c->interface], c, 1e-15 * model->height);
+    double rounding;
+    if (measure(model, state, c, &rounding))
+        apply_law(&model->interface[c->interface], c, rounding);
     else
         set_open(c);
     verdict->n_sliding += c->mode == NMM_CONTACT_SLIDE;
@@ -275,10 +329,10 @@ double nmm_contact_rounding(const nmm_contact_search *search, const nmm_model *m
     for (int k = 0; k < state->n_contact; k++) {
         const nmm_contact *c = &state->contact[k];
         if (c->mode == NMM_CONTACT_OPEN || c->hasty) continue;
-        stiffest = nmm_max(stiffest, c->normal_stiffness);
+        stiffest = nmm_max(stiffest, c->normal_stiffness * nmm_contact_way(model, state, c));
         largest = nmm_max(largest, fabs(c->normal_force));
     }
-    return stiffest > 0 ? DBL_EPSILON * model->height * stiffest / largest : 0;
+    return stiffest > 0 ? DBL_EPSILON * stiffest / largest : 0;
 }
 
 void nmm_contact_raise(const nmm_contact_search *search, nmm_state *state, double stiffer) {

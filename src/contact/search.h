@@ -172,6 +172,9 @@ static inline const nmm_contact *nmm_contact_lookup(const nmm_last_list *last, i
     return NULL;
 }
 
+/// Gap of the vertex to the line of the edge, as the law measures it [m].
+double nmm_contact_gap(const nmm_model *model, const nmm_state *state, int vertex, int edge);
+
 /// Elastic energy of a contact as it is [J].
 double nmm_contact_stored_in(const nmm_contact_search *search, const nmm_contact *c);
 

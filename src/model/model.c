@@ -77,10 +77,11 @@ static inline void place_point(const nmm_model *model, nmm_state *state, int p, 
     const int *c = model->element_cover + m * (long)model->point_element[p];
     const double *w = model->point_weight + m * (long)p, *d = state->displacement;
     for (int k = 0; k < 2; k++) {
-        double place = model->point[2 * p + k];
+        double shift = 0;
         for (int i = 0; i < m; i++)
-            place += w[i] * d[2 * c[i] + k];
-        state->position[2 * p + k] = place;
+            shift += w[i] * d[2 * c[i] + k];
+        state->shift[2 * p + k] = shift;
+        state->position[2 * p + k] = model->point[2 * p + k] + shift;
     }
 }
 

@@ -7,6 +7,7 @@ FIELD(double, displacement,       n_cover,         2, "m",      "total displacem
 FIELD(double, velocity,           n_cover,         2, "m/s",    "velocity of a cover")
 FIELD(double, mean_velocity,      n_cover,         2, "m/s",    "velocity of a cover on average over the last step")
 FIELD(double, position,           n_point,         2, "m",      "current place of a point, follows from displacement")
+FIELD(double, shift,              n_point,         2, "m",      "displacement of a point, to more digits than its place has")
 FIELD(double, rotation,           n_element,       2, "",       "cosine and sine of an element's rotation")
 FIELD(double, stress,             n_element,       3, "Pa",     "sxx, syy, sxy along the fixed axes; tension positive")
 FIELD(double, initial_stress,     n_element,       3, "Pa",     "stress at zero strain, in the element's own frame")

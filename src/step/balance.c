@@ -108,14 +108,14 @@ static double with_shear(const nmm_model *model, const nmm_contact *contact) {
     return 1 + square(contact->mode == NMM_CONTACT_SLIDE ? friction : spring);
 }
 
-// Springs of closed contacts: a gap is a difference of places.
+// Springs of closed contacts: a gap changes by a difference of displacements.
 static void add_gaps(nmm_balance *balance, const nmm_model *model, const nmm_state *state) {
     for (int k = 0; k < state->n_contact; k++) {
         const nmm_contact *contact = &state->contact[k];
         if (contact->mode == NMM_CONTACT_OPEN) continue;
-        const double force =
-            square(balance->gap_rounding * contact->normal_stiffness * model->height) *
-            with_shear(model, contact);
+        const double way = nmm_contact_way(model, state, contact);
+        const double force = square(balance->gap_rounding * contact->normal_stiffness * way) *
+                             with_shear(model, contact);
         const int a = model->vertex_block[contact->vertex], b = model->vertex_block[contact->edge];
         // What is held has nothing to balance.
         balance->block[a].gaps += balance->held[a] ? 0 : force;
@@ -231,13 +231,15 @@ static double acting(const nmm_balance *balance, int b) {
     return block->load > 0 ? block->force : nmm_max(block->force, strained);
 }
 
+bool nmm_balance_clouded_in(const nmm_balance *balance, int b, double tolerance, double rounding) {
+    const nmm_balance_sums *block = &balance->block[b];
+    return block->force > 0 &&
+           square(rounding) * block->gaps > square(tolerance) * acting(balance, b);
+}
+
 bool nmm_balance_clouded(const nmm_balance *balance, double tolerance, double rounding) {
-    for (int b = 0; b < balance->n_block; b++) {
-        const nmm_balance_sums *block = &balance->block[b];
-        if (block->force > 0 &&
-            square(rounding) * block->gaps > square(tolerance) * acting(balance, b))
-            return true;
-    }
+    for (int b = 0; b < balance->n_block; b++)
+        if (nmm_balance_clouded_in(balance, b, tolerance, rounding)) return true;
     return false;
 }
 

@@ -36,7 +36,7 @@ typedef struct nmm_balance {
     int *exponent;           // [n_block] rows and columns of the linear system times 2^exponent
     double *weight;          // [n_block] 2^exponent
     bool weighted;           // some exponent is not 0
-    double gap_rounding;     // of gaps and slips, in rounding errors of the scene's size
+    double gap_rounding;     // of gaps and slips, in rounding errors of displacements
     int n_class;             // 1: forces of all blocks are of one class
 } nmm_balance;
 
@@ -64,9 +64,13 @@ double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, cons
 /// What may be left of the forces of a block, by the sums of the last call [N].
 double nmm_balance_allowed(const nmm_balance *balance, int block, double tolerance);
 
-/// Is what so many times the rounding of places leaves in the contacts of a block more than the
-/// tolerance allows it? Where nothing acts any more next to the forces that its displacements would
-/// make as strains.
+/// Is what so many times the rounding of displacements leaves in the contacts of a block more than
+/// the tolerance allows it? Where nothing acts any more next to the forces that its displacements
+/// would make as strains.
+bool nmm_balance_clouded_in(const nmm_balance *balance, int block, double tolerance,
+                            double rounding);
+
+/// The same of any block.
 bool nmm_balance_clouded(const nmm_balance *balance, double tolerance, double rounding);
 
 /// Weights of the blocks in linear systems, from what is allowed; not `wanted`: none.

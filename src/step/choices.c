@@ -29,12 +29,16 @@ static void say(text *out, const char *format, ...) {
 typedef struct feature {
     const char *name;
     bool on;
-    const char *if_on, *if_off;
-    double bytes, seconds; // what it costs or would cost; 0: next to nothing, or not known
+    const char *if_on, *if_off; // of what costs nothing, `if_off` says why
+    double bytes, seconds;      // what it takes or would take; 0: nothing
+    const char *each;           // where it is off: what the bytes are for, NULL: all of it
+    int unknowns;               // where it is off: more of them
 } feature;
 
 static void say_bytes(text *out, double bytes) {
-    if (bytes < 1e6)
+    if (bytes < 1e3)
+        say(out, "%.3g B", bytes);
+    else if (bytes < 1e6)
         say(out, "%.3g kB", 1e-3 * bytes);
     else
         say(out, "%.3g MB", 1e-6 * bytes);
@@ -44,8 +48,9 @@ static void say_feature(text *out, const feature *f, const char *per) {
     say(out, "%s %-16s %s", f->on ? "on " : "off", f->name, f->on ? f->if_on : f->if_off);
     if (f->bytes > 0) {
         say(out, "; %s ", f->on ? "takes" : "saves");
+        if (f->unknowns > 0 && !f->on) say(out, "%d unknowns and ", f->unknowns);
         say_bytes(out, f->bytes);
-        say(out, "%s", per);
+        say(out, "%s%s", per, f->each != NULL && !f->on ? f->each : "");
     }
     if (f->seconds > 0) say(out, " and %.2g ms a step", 1e3 * f->seconds);
     say(out, "\n");
@@ -82,43 +87,80 @@ static bool has_bonds(const nmm_model *model) {
     return false;
 }
 
-static void say_features(text *out, const nmm_sim *sim) {
+// What the order of the covers brings along.
+static void say_order(text *out, const nmm_sim *sim) {
     const nmm_model *model = &sim->model;
-    const nmm_scene_settings *set = &sim->settings;
     const nmm_costs *costs = &sim->costs;
-    const bool contact = sim->search != NULL;
-    const bool augmented = contact && set->contact_method == NMM_CONTACT_AUGMENTED;
-    char ties[64], raised[128] = "contact.method augmented";
-    const double longest = nmm_system_carrying_step(&sim->system, model->n_cover);
-    if (augmented && !set->is_static)
-        snprintf(raised, sizeof raised,
-                 "contact.method augmented: forces are carried in steps of about %.2g s and more, "
-                 "shorter ones leave them to the penalty",
-                 longest);
+    const bool curved = model->order > 0;
+    char ties[64];
     snprintf(ties, sizeof ties, "%d slivers are tied to their neighbours", model->n_tie);
     const feature list[] = {
-        {"curved elements", model->order > 0, "covers.order above 0: strain varies within elements",
-         "linear functions: one strain for each element", costs->curved_bytes, 0},
-        {"ties", model->n_tie > 0, ties, "no slivers of curved elements", costs->tie_bytes, 0},
+        {"curved elements", curved, "covers.order above 0: strain varies within elements",
+         model->whole_blocks ? "whole blocks have linear functions: there is no more to leave out"
+                             : "linear functions, one strain for each element",
+         costs->curved_bytes, 0, " of elements against order 1", costs->curved_unknowns},
+        {"ties", model->n_tie > 0, ties,
+         curved ? "no slivers of curved elements"
+                : "no curved elements: slivers of linear ones need none",
+         costs->tie_bytes, 0, NULL, 0},
+    };
+    for (size_t k = 0; k < sizeof list / sizeof *list; k++)
+        say_feature(out, &list[k], "");
+}
+
+static void say_contact(text *out, const nmm_sim *sim) {
+    const nmm_costs *costs = &sim->costs;
+    const bool contact = sim->search != NULL;
+    const bool augmented = contact && sim->settings.contact_method == NMM_CONTACT_AUGMENTED;
+    char raised[160] = "contact.method augmented: further rounds of passes, no memory";
+    if (augmented && !sim->settings.is_static)
+        snprintf(raised, sizeof raised,
+                 "contact.method augmented: forces are carried in steps of about %.2g s and more, "
+                 "by further rounds of passes; shorter ones leave them to the penalty",
+                 nmm_system_carrying_step(&sim->system, sim->model.n_cover));
+    const feature list[] = {
         {"contact", contact,
          "boundaries can meet: several blocks, a crack, or sides that face each other",
          "one block, no sides face each other: no search, no contact memory", costs->contact_bytes,
-         costs->contact_seconds},
-        {"augmentation", augmented, raised, "contact.method penalty, or no contact", 0, 0},
-        {"bonds", has_bonds(model), "an interface has cohesion or tensile strength",
-         "no interface has cohesion or tensile strength", 0, 0},
+         costs->contact_seconds, NULL, 0},
+        {"augmentation", augmented, raised,
+         contact ? "contact.method penalty: no further rounds of passes; it takes no memory"
+                 : "no contact: nothing to leave out",
+         0, 0, NULL, 0},
+        {"bonds", has_bonds(&sim->model), "an interface has cohesion or tensile strength",
+         contact ? "no interface has cohesion or tensile strength, which saves nothing: each "
+                   "contact has "
+                   "room for it"
+                 : "no contact: nothing to leave out",
+         0, 0, NULL, 0},
+    };
+    for (size_t k = 0; k < sizeof list / sizeof *list; k++)
+        say_feature(out, &list[k], "");
+}
+
+static void say_actions(text *out, const nmm_sim *sim) {
+    const nmm_model *model = &sim->model;
+    const nmm_scene_settings *set = &sim->settings;
+    const nmm_costs *costs = &sim->costs;
+    const feature list[] = {
         {"point supports", model->n_support > 0, "springs with carried forces",
-         "no point, segment or box is held", 0, 0},
+         "no point, segment or box is held", costs->support_bytes, 0, " for each point held", 0},
         {"held covers", model->n_hold > 0, "removed from the system exactly",
-         "no whole block is held", costs->hold_bytes, 0},
-        {"loads", model->n_load > 0, "in the scene", "none in the scene", 0, 0},
-        {"base motion", model->base_motion.n > 0, "in the scene", "none in the scene", 0, 0},
+         "no whole block is held", costs->hold_bytes, 0, NULL, 0},
+        {"loads", model->n_load > 0, "in the scene", "none in the scene", costs->load_bytes, 0,
+         " for each point loaded", 0},
+        {"base motion", model->base_motion.n > 0, "in the scene",
+         "none in the scene: it is added to gravity, which costs nothing", 0, 0, NULL, 0},
         {"initial stress", sim->scene.initial.kind != NMM_INITIAL_NONE, "in the scene",
-         "none in the scene", 0, 0},
-        {"damping", set->damping > 0, "analysis.damping", "analysis.damping is 0", 0, 0},
+         "none in the scene, which saves nothing: it is kept as zeros",
+         sim->scene.initial.kind != NMM_INITIAL_NONE ? costs->initial_bytes : 0, 0, NULL, 0},
+        {"damping", set->damping > 0, "analysis.damping",
+         "analysis.damping is 0: a factor on masses, which costs nothing", 0, 0, NULL, 0},
         {"mean forces", set->newmark, "analysis.scheme newmark: the start of a step is kept",
-         "analysis.scheme shi: nothing of the start of a step is kept", costs->mean_bytes, 0},
-        {"monitors", model->n_monitor > 0, "read at each step", "none in the scene", 0, 0},
+         "analysis.scheme shi: nothing of the start of a step is kept", costs->mean_bytes, 0, NULL,
+         0},
+        {"monitors", model->n_monitor > 0, "read at each step", "none in the scene",
+         costs->monitor_bytes, 0, " for each, and its reading at each step", 0},
     };
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         say_feature(out, &list[k], "");
@@ -128,13 +170,14 @@ static void say_features(text *out, const nmm_sim *sim) {
 static void say_fields(text *out, const nmm_sim *sim) {
     const nmm_scene_settings *set = &sim->settings;
     const nmm_costs *costs = &sim->costs;
+    const bool contact = sim->search != NULL;
     static const char on[] = "in output.fields: written", off[] = "not in output.fields";
     const feature list[] = {
-        {"displacement", set->out_displacement, on, off, costs->displacement_bytes, 0},
-        {"velocity", set->out_velocity, on, off, costs->velocity_bytes, 0},
-        {"stress", set->out_stress, on, off, costs->stress_bytes, 0},
-        {"contacts", set->out_contact && sim->search != NULL, on,
-         "not in output.fields, or no contact", 0, 0},
+        {"displacement", set->out_displacement, on, off, costs->displacement_bytes, 0, NULL, 0},
+        {"velocity", set->out_velocity, on, off, costs->velocity_bytes, 0, NULL, 0},
+        {"stress", set->out_stress, on, off, costs->stress_bytes, 0, NULL, 0},
+        {"contacts", set->out_contact && contact, on,
+         contact ? off : "no contact: nothing to leave out", costs->contact_rows, 0, NULL, 0},
     };
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         say_feature(out, &list[k], " a frame");
@@ -146,7 +189,9 @@ nmm_status nmm_sim_describe(nmm_sim *sim) {
     TRY(nmm_arena_take(&sim->context, &sim->scene.arena, &out.at, out.size, 1));
     say(&out, "%s", defaults);
     say_numbers(&out, sim);
-    say_features(&out, sim);
+    say_order(&out, sim);
+    say_contact(&out, sim);
+    say_actions(&out, sim);
     say_fields(&out, sim);
     sim->choices = out.at;
     return NMM_OK;

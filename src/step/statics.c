@@ -161,15 +161,19 @@ static double stiffest_contact(const nmm_sim *sim) {
     return stiffest;
 }
 
-// Is the rounding of places, in springs as stiff as the scene wants them, more than a part of
-// forces? Augmented contact chooses its springs by the same measure.
-static bool is_clouded(const nmm_sim *sim, double part, double rounding) {
-    return sim->system.cover_give == NULL && nmm_balance_clouded(&sim->balance, part, rounding);
+// Is the rounding of displacements, in the springs of contacts, what a block is out of balance by?
+static bool clouds_balance(const nmm_sim *sim) {
+    const double tolerance = sim->settings.tolerance;
+    for (int b = 0; b < sim->balance.n_block; b++)
+        if (share_of(sim, b) > tolerance &&
+            nmm_balance_clouded_in(&sim->balance, b, tolerance, NMM_GAP_ROUNDING))
+            return true;
+    return false;
 }
 
 void nmm_say_clouded(const nmm_sim *sim, char *text, size_t size) {
     text[0] = 0;
-    if (!nmm_balance_clouded(&sim->balance, sim->settings.tolerance, NMM_GAP_ROUNDING)) return;
+    if (!clouds_balance(sim)) return;
     const double stiffest = stiffest_contact(sim);
     if (stiffest == 0) return;
     snprintf(text, size,
@@ -225,7 +229,10 @@ void nmm_static_judge(nmm_sim *sim, double h) {
                          sim->report.move * sim->allowed_now <= 1e-13 * sim->model.height;
     // Supports that still give way, and contacts, are raised further in the next step.
     const bool stands = nmm_supports_stand(sim, sim->settings.end);
-    const bool settled = stands && !sim->overlaps && !is_clouded(sim, NMM_CLOUDED, 1);
+    // Augmented contact chooses its springs by the same measure.
+    const bool chosen = sim->system.cover_give != NULL;
+    const bool certain = chosen || !nmm_balance_clouded(&sim->balance, NMM_CLOUDED, 1);
+    const bool settled = stands && !sim->overlaps && certain;
     const double stored = stored_part(sim);
     sim->raising.n_late += !stands;
     if ((excess <= 1 || at_rest) && settled) {
@@ -235,7 +242,7 @@ void nmm_static_judge(nmm_sim *sim, double h) {
     }
     nmm_vec2 way = {0, 0};
     const int block = furthest_block(sim, BALANCED, &way);
-    const bool clouded = is_clouded(sim, sim->settings.tolerance, NMM_GAP_ROUNDING);
+    const bool clouded = !chosen && clouds_balance(sim);
     sim->n_free = block >= 0 && is_free(sim, way, stored) ? sim->n_free + 1 : 0;
     if (sim->n_free >= FREE_STEPS) {
         say_free(sim, block, way, share_of(sim, block));

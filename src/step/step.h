@@ -130,12 +130,16 @@ typedef struct nmm_dump {
 /// What features cost, whether the scene has them or not.
 typedef struct nmm_costs {
     bool known;                    // weighed, which nmm_sim_check does
-    double curved_bytes;           // samples, stiffness and products of functions; order 0: 0
-    double tie_bytes;              // of ties of slivers; none: 0
+    double curved_bytes;           // stiffness, products of functions, samples; of order 1 at least
+    int curved_unknowns;           // more of order 1 where the order is 0; otherwise 0
+    double tie_bytes;              // of ties of slivers; none: what the first one takes at least
     double contact_bytes;          // search and mixing of passes, without forces and springs
     double contact_seconds;        // of one search
     double mean_bytes, hold_bytes; // start of a step; held covers
-    double displacement_bytes, velocity_bytes, stress_bytes; // of a frame of the run file
+    double support_bytes, load_bytes, monitor_bytes; // of all; none: of one
+    double initial_bytes;                            // kept as zeros where there is none
+    // Of a frame of the run file.
+    double displacement_bytes, velocity_bytes, stress_bytes, contact_rows;
 } nmm_costs;
 
 /// Supports that are raised together.

@@ -34,13 +34,13 @@ static void restore_start(nmm_sim *sim) {
     nmm_state *state = &sim->state;
     const size_t pair = 2 * sizeof(double);
     memcpy(state->displacement, sim->start_displacement, (size_t)model->n_cover * pair);
-    memcpy(state->position, sim->start_position, (size_t)model->n_point * pair);
     if (model->n_support > 0) {
         memcpy(state->support_force, sim->start_support, (size_t)model->n_support * pair);
     }
     if (state->n_contact > 0) {
         memcpy(state->contact, sim->start_contact, (size_t)state->n_contact * sizeof(nmm_contact));
     }
+    nmm_state_place(model, state, sim->context.n_thread);
 }
 
 // Where there is contact a try begins where the motion of the last step leads, so that most

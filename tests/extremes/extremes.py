@@ -689,6 +689,13 @@ def falls_side_by_side(result):
     return f"{way:.6f} m instead of -4.905000 m", abs(way / -4.905 - 1) < 1e-6
 
 
+def falls_alike(result):
+    places = numbers_of(result, "displacement")
+    way = [1.35e-9, -3.6e-9] * (len(places) // 2)
+    error = distance(places, way)
+    return f"way wrong by {error:.1e}", error < 1e-9
+
+
 def strains_side_by_side(result):
     way = result.monitor("soft")[1]
     return f"{way:.3e} m instead of -1.000e-04 m", abs(way / -1e-4 - 1) < 1e-3
@@ -728,6 +735,7 @@ COPIED = {
 
 FOUND = {
     "light_beside_heavy": ("free fall of 1 g beside 100 t", None, falls_side_by_side),
+    "stiff_fall": ("free fall of pieces of 600 GPa and 1 kg/m3, by 4 nm", None, falls_alike),
     "soft_beside_hard": ("equilibrium of a soft body beside a hard one", None, strains_side_by_side),
     "augmented_gain": ("a moving block between others, penalty 0.19 E, augmented",
                        None, gains_energy),

@@ -343,7 +343,7 @@ class Findings(list):
         result = self.attempt(name, scene)
         if result and not result.completed:
             self.append(("ended", f"{name}: {result.cause}"))
-        elif result and (words := judge(scene, result, way_of_rounding(scene)[0])):
+        elif result and (words := judge(scene, result)):
             self.append(("failed", f"{name}: {words}"))
 
     def floors_of(self, name):

@@ -42,6 +42,7 @@ class Result(dict):
         self.largest_energy = 0.0  # of any term of the ledger, at any step
         self.most_gained = 0.0  # energy that came from nowhere, at any step: eq. (4.18)
         self.places = numpy.zeros((0, 2))  # of the corners of all elements, at the start
+        self.stress = numpy.zeros((0, 3))  # xx, yy, xy of all elements, in the last frame
 
     @property
     def completed(self):
@@ -74,6 +75,8 @@ class Result(dict):
             data = table[:]
             grid = file["VTKHDF"]
             self.places = grid["Points"][:grid["NumberOfPoints"][0], :2]
+            if "CellData/stress" in grid:
+                self.stress = grid["CellData/stress"][-grid["NumberOfCells"][-1]:][:, [0, 1, 3]]
         if not numpy.isfinite(data).all():
             raise Fault("a number in the ledger is not finite")
         terms = data[:, [names.index(name) for name in TERMS]]

@@ -177,9 +177,10 @@ static void test_initial_stress_beyond_the_modulus(void **unused) {
 static void test_springs_too_stiff(void **unused) {
     (void)unused;
     const char *const changes[] = {
-        "interfaces.joint={friction_angle: 30, normal_stiffness: 1e19, shear_stiffness: 1e19}",
-        "covers.size=2", "time.dt_min=1e-4"};
-    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 3, changes);
+        "interfaces.joint={friction_angle: 30, normal_stiffness: 1e21, shear_stiffness: 1e21}",
+        "supports=[{segment: [[-2, -1], [4, -1]], fix: xy}]", "materials.rock.youngs_modulus=1e6",
+        "time.dt_min=1e-4"};
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 4, changes);
     const nmm_step_report report = take_steps(sim, 1000);
     assert_int_equal(report.end, NMM_END_STEP_TOO_SMALL);
     assert_non_null(strstr(report.reason, "normal_stiffness"));

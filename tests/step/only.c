@@ -190,7 +190,6 @@ static void order_0_has_no_samples(void **unused) {
     assert_non_null(curved->model.element_gram);
     assert_non_null(curved->system.curved_stiffness);
     assert_int_equal(nmm_sim_check(plain, &check), NMM_OK);
-    assert_near(plain->costs.curved_bytes, 0, 0);
     const double least = check.memory_bytes;
     assert_int_equal(nmm_sim_check(curved, &check), NMM_OK);
     assert_true(curved->costs.curved_bytes > 0);
@@ -268,6 +267,51 @@ static void the_list_tells_bytes(void **unused) {
     nmm_sim_destroy(sim);
 }
 
+// What order 1 would bring along is counted, not tried.
+static void order_1_is_counted(void **unused) {
+    (void)unused;
+    const char *const one[] = {"covers.order=1"};
+    const char *const text[] = {SCENE_COLUMN, SCENE_BLOCK_ON_BASE};
+    nmm_check check;
+    for (int k = 0; k < 2; k++) {
+        nmm_sim *plain = open_scene(text[k], 0, NULL), *curved = open_scene(text[k], 1, one);
+        assert_int_equal(nmm_sim_check(plain, &check), NMM_OK);
+        assert_int_equal(nmm_sim_check(curved, &check), NMM_OK);
+        const int more = 2 * (curved->model.n_cover - plain->model.n_cover);
+        assert_int_equal(plain->costs.curved_unknowns, more);
+        const double samples = 7 * sizeof(double) * (double)curved->model.n_sample;
+        assert_near(plain->costs.curved_bytes, curved->costs.curved_bytes - samples, 0);
+        nmm_sim_destroy(plain);
+        nmm_sim_destroy(curved);
+    }
+}
+
+// A feature that is off has its cost, or words that say why there is none.
+static void each_feature_has_its_cost(void **unused) {
+    (void)unused;
+    static const char *const reason[] = {"; saves ", "nothing", "need none", "no memory"};
+    const char *const text[] = {SCENE_FALL, SCENE_COLUMN, SCENE_BLOCK_ON_BASE};
+    nmm_check check;
+    for (int k = 0; k < 3; k++) {
+        nmm_sim *sim = open_scene(text[k], 0, NULL);
+        assert_int_equal(nmm_sim_check(sim, &check), NMM_OK);
+        int n = 0;
+        for (const char *at = nmm_sim_choices(sim); at != NULL; n++) {
+            at = strstr(at, "\noff ");
+            if (at == NULL) break;
+            at += 1;
+            bool found = false;
+            for (size_t i = 0; i < sizeof reason / sizeof *reason; i++) {
+                const char *words = strstr(at, reason[i]);
+                found = found || (words != NULL && words < strchr(at, '\n'));
+            }
+            if (!found) fail_msg("%.*s", (int)(strchr(at, '\n') - at), at);
+        }
+        assert_true(n > 5);
+        nmm_sim_destroy(sim);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_block_never_searches),
@@ -280,6 +324,8 @@ int main(void) {
         cmocka_unit_test(what_is_not_held_has_no_reaction),
         cmocka_unit_test(steps_allocate_nothing),
         cmocka_unit_test(the_list_tells_bytes),
+        cmocka_unit_test(order_1_is_counted),
+        cmocka_unit_test(each_feature_has_its_cost),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

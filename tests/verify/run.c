@@ -185,6 +185,20 @@ void row_note(const char *name, double measured) {
     fflush(stdout);
 }
 
+void row_rate(const char *name, double expected, int n, const double *h, const double *error,
+              double tolerance) {
+    const double rate = rate_of(n, h, error);
+    if (tolerance > 0)
+        row_near(set_text("rate of %s", name), expected, rate, tolerance);
+    else
+        row_note(set_text("rate of %s", name), rate);
+}
+
+void no_rate(const char *why) {
+    printf("| no rate: %s | | - | | | |\n", why);
+    fflush(stdout);
+}
+
 void row_ledger(const char *name, const run *r) {
     const nmm_energy *e = &r->report.energy;
     const double term[] = {e->kinetic, e->strain,  e->contact,  e->friction, e->fracture,

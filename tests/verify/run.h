@@ -70,6 +70,11 @@ void row_below(const char *name, double measured, double limit);
 void row_true(const char *name, const char *expected, bool measured);
 /// A number without a bound.
 void row_note(const char *name, double measured);
+/// Slope of log |error| over log h, expected within a tolerance; tolerance 0: reported, not tested.
+void row_rate(const char *name, double expected, int n, const double *h, const double *error,
+              double tolerance);
+/// Why the scene opened last has no rate here: in words, for the book.
+void no_rate(const char *why);
 /// Residual of the energy ledger against its largest term, at most 1e-8.
 void row_ledger(const char *name, const run *r);
 /// Fails the test when a row since the last call did.

@@ -109,6 +109,7 @@ static void test_initial_stress(void **state) {
     run_to_end(&r);
     row_below("column: displacement when its stress is the initial stress",
               largest_displacement(&r), 1e-12);
+    no_rate("exact to rounding");
     run_close(&r);
     rows_end();
 }
@@ -185,18 +186,29 @@ static double from_uniform(const nmm_sim *sim) {
 }
 
 // The load stands on the width before it grows: yy of element 0 is checked within 1e-3.
-static void check_uniform(const char *name, const nmm_sim *sim) {
+static void check_uniform(const char *name, const nmm_sim *sim, double limit) {
     const nmm_view stress = nmm_sim_view(sim, "stress");
-    row_below(set_text("%s: stress from uniform", name), from_uniform(sim), 1e-8);
+    row_below(
+        set_text("%s, %d elements: stress from uniform, the worst", name, sim->model.n_element),
+        from_uniform(sim), limit);
     row_close(set_text("%s: vertical stress", name), -1e6, stress.data[1], 1e-3);
 }
 
 static void test_patch_joint(void **state) {
     (void)state;
-    run r = RUN("patch_joint.yaml");
-    run_to_end(&r);
-    check_uniform("contact patch test, cut by a joint", r.sim);
-    run_close(&r);
+    static const char *const bond[] = {
+        "title=open",
+        "interfaces.smooth={friction_angle: 0, cohesion: 1e8, tensile_strength: 1e8}"};
+    for (int order = 0; order < 3; order++) {
+        for (int k = 0; k < 2; k++) {
+            run r = RUN("patch_joint.yaml", set_text("covers.order=%d", order), bond[k]);
+            run_to_end(&r);
+            check_uniform(set_text("order %d, %s joint", order, k == 0 ? "open" : "bonded"), r.sim,
+                          1e-8);
+            run_close(&r);
+        }
+    }
+    no_rate("uniform on any mesh; the yy is that of the load on its width before it grows");
     rows_end();
 }
 
@@ -204,7 +216,8 @@ static void test_patch_blocks(void **state) {
     (void)state;
     run r = RUN("patch_contact.yaml");
     run_to_end(&r);
-    check_uniform("contact patch test, two blocks", r.sim);
+    check_uniform("contact patch test, two blocks", r.sim, 1e-8);
+    no_rate("uniform on any mesh; the yy is that of the load on its width before it grows");
     run_close(&r);
     rows_end();
 }

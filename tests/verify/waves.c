@@ -31,7 +31,8 @@ static double mean_velocity(const run *r, int block) {
 // A discrete front is not sharp: it widens like (h^2 L)^(1/3). The bars part when the pressure
 // first falls to nothing, and what the tail of the front carries, a part of (h/L)^(2/3), is not
 // handed over.
-static void meet(double size, double dt, double tolerance) {
+// Returns the velocity that the first bar keeps.
+static double meet(double size, double dt, double tolerance) {
     const double tail = 0.2 * pow(size / 10, 2.0 / 3);
     run r = RUN("bars.yaml", set_text("covers.size=%g", size), set_text("time.dt=%.17g", dt));
     const double c = sqrt(1e9 / 2500), whole = 20 / c;
@@ -52,14 +53,21 @@ static void meet(double size, double dt, double tolerance) {
     row_near(set_text("%s: velocity of the second bar afterwards", name), 1, mean_velocity(&r, 1),
              tail);
     row_ledger(name, &r);
+    const double kept = mean_velocity(&r, 0);
     run_close(&r);
+    return kept;
 }
 
 static void test_bars(void **state) {
     (void)state;
-    meet(1, 1e-4, 0.02);
-    if (run_all()) meet(0.5, 5e-5, 0.012);
-    if (run_all()) meet(0.25, 2e-5, 0.007);
+    const double size[] = {1, 0.5, 0.25};
+    double kept[3] = {meet(1, 1e-4, 0.02)};
+    if (run_all()) {
+        kept[1] = meet(0.5, 5e-5, 0.012);
+        kept[2] = meet(0.25, 2e-5, 0.007);
+        row_rate("the velocity that is not handed over, in the size, dt with it", 2.0 / 3, 3, size,
+                 kept, 0.1);
+    }
     rows_end();
 }
 
@@ -114,7 +122,8 @@ static passage pass(const strip *s, const char *set, const char *name, double h)
 // In steps shorter than a wave needs through a cover supports are springs of 50 E over the cover
 // size: the sides give, of first order in the size. With their give the speed is as exact as the
 // lattice.
-static void travel(const strip *s, double h) {
+static double travel(const strip *s, double h) {
+    double error = 0;
     const double give = 2 * h / (50 * 1e9);
     for (int fixed = 0; fixed < 2; fixed++) {
         const char *name = set_text("size %g, %s end", h, fixed ? "fixed" : "free");
@@ -122,6 +131,7 @@ static void travel(const strip *s, double h) {
         const double sign = fixed ? -1 : 1;
         const double speed = 20 / (middle_of(&p.back) - middle_of(&p.there));
         if (!fixed) {
+            error = speed / s->speed - 1;
             row_close(set_text("size %g: speed", h), s->speed, speed, 0.01 * h);
             row_close(set_text("size %g: speed, give of the sides accounted for", h),
                       s->speed * sqrt(s->soft(give)), speed, 2e-3 * h);
@@ -132,6 +142,15 @@ static void travel(const strip *s, double h) {
         row_near(set_text("%s: stress sent back over arriving", name), -sign,
                  p.back.stress / p.there.stress, 0.05 * h * h);
     }
+    return error;
+}
+
+static void travel_all(const strip *s) {
+    const double size[] = {1, 0.5};
+    double error[2] = {travel(s, 1)};
+    if (!run_all()) return;
+    error[1] = travel(s, 0.5);
+    row_rate("the speed in the size, dt with it", 1, 2, size, error, 0.25);
 }
 
 static double soft_p(double give) {
@@ -147,8 +166,7 @@ static void test_p_wave(void **state) {
     (void)state;
     const strip s = {"p_wave.yaml", "supports[2]={segment: [[30, 0], [30, 1]], fix: x}", 692.820323,
                      0, soft_p};
-    travel(&s, 1);
-    if (run_all()) travel(&s, 0.5);
+    travel_all(&s);
     rows_end();
 }
 
@@ -156,8 +174,7 @@ static void test_s_wave(void **state) {
     (void)state;
     const strip s = {"s_wave.yaml", "supports[2]={segment: [[30, 0], [30, 1]], fix: y}", 400, 1,
                      soft_s};
-    travel(&s, 1);
-    if (run_all()) travel(&s, 0.5);
+    travel_all(&s);
     rows_end();
 }
 
@@ -184,16 +201,19 @@ static double frequency(run *r, int axis, double mean) {
 static void test_bar_frequency(void **state) {
     (void)state;
     const double size[] = {1, 0.5};
+    double error[2];
     for (int k = 0; k < (run_all() ? 2 : 1); k++) {
         const double h = size[k];
         run r = RUN("bar_frequency.yaml", set_text("covers.size=%g", h),
                     set_text("time.dt=%g", 4e-4 * h));
         // The held end is a spring of 50 E over the cover size: the bar is longer by h/50.
-        row_close(set_text("size %g: first frequency", h), 15.811388, frequency(&r, 0, 1e-3),
-                  3e-3 * h);
+        const double f = frequency(&r, 0, 1e-3);
+        row_close(set_text("size %g: first frequency", h), 15.811388, f, 3e-3 * h);
+        error[k] = f / 15.811388 - 1;
         row_ledger(set_text("size %g", h), &r);
         run_close(&r);
     }
+    if (run_all()) row_rate("the frequency in the size, dt with it", 1, 2, size, error, 0.25);
     rows_end();
 }
 
