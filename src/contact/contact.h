@@ -54,7 +54,7 @@ typedef struct nmm_contact_search nmm_contact_search;
 
 /// Can two parts of the boundary ever meet? So they can with two blocks, with a crack, and where a
 /// block has sides that face each other: a slot, a hole, two prongs. Else there is nothing to find.
-bool nmm_contact_can_be(const nmm_model *model);
+nmm_status nmm_contact_can_be(nmm_context *context, const nmm_model *model, bool *can_be);
 
 nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
                             const nmm_contact_options *options, nmm_contact_search **search);

@@ -166,15 +166,11 @@ static void inherit(const nmm_contact_search *search, nmm_contact *c, const nmm_
         next.length = c->length;
         next.spring_length = c->spring_length;
     }
-    const double ratio = next.spring_length / old->spring_length;
     if (!same) {
         next.anchor = c->anchor - old->slip / search->line[c->edge].length;
         next.interface = c->interface;
     }
-    next.carried_normal *= ratio;
-    next.carried_shear *= ratio;
-    next.normal_force *= ratio;
-    next.shear_force *= ratio;
+    nmm_contact_scale(&next, next.spring_length / old->spring_length);
     *c = next;
 }
 

@@ -62,7 +62,9 @@ static void complete_settings(nmm_sim *sim) {
 }
 
 static nmm_status open_contact(nmm_sim *sim, bool always) {
-    if (!always && !nmm_contact_can_be(&sim->model)) return NMM_OK;
+    bool can_be = true;
+    if (!always) TRY(nmm_contact_can_be(&sim->context, &sim->model, &can_be));
+    if (!can_be) return NMM_OK;
     // Contacts are found once a step: nothing may pass through an edge within it.
     sim->allowed = nmm_min(sim->allowed, 0.25 * sim->model.size);
     const nmm_contact_options options = {
