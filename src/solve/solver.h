@@ -48,6 +48,7 @@ typedef struct nmm_iteration {
     int on_device; // observed in a kernel
     int directed;  // sweeps keep their direction for the next one
     double limit;  // value of r . r at which to stop
+    double unit;   // factor on the start of the Lanczos process
     double sum[2]; // last sums
     double rho, alpha, beta;
     double history[NMM_LANCZOS][2]; // alpha and beta of the first iterations
