@@ -12,6 +12,7 @@
 #include "mixing.h"
 #include "motion.h"
 #include "nearby.h"
+#include "pace.h"
 #include "scene.h"
 #include "solve.h"
 #include "system.h"
@@ -176,6 +177,8 @@ typedef struct nmm_reason {
 
 struct nmm_sim {
     nmm_context context;
+    nmm_pace pace;      // contact, assembly and all else but solves: one thread or all
+    int solver_threads; // of solves
     nmm_scene scene;
     nmm_scene_settings settings; // the scene's, completed: nothing is left on auto
     nmm_model model;

@@ -134,7 +134,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, const passes *p) {
         .jacobi_damping = settings->jacobi_damping,
         .sor_factor = settings->sor_factor,
         .max_iterations = settings->max_iterations,
-        .n_thread = sim->context.n_thread,
+        .n_thread = sim->solver_threads,
     };
 }
 
