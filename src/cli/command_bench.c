@@ -9,6 +9,7 @@
 #include "interrupt.h"
 #include "message.h"
 #include "options.h"
+#include "progress.h"
 
 #include <limits.h>
 #include <stdio.h>
@@ -25,7 +26,7 @@ typedef struct job {
     const char *folder;
     char scenes[PATH_MAX + 256];
     json out;
-    bool shown; // progress on the terminal
+    progress line;
 } job;
 
 // --- Names
@@ -85,18 +86,6 @@ static int find_scenes(job *j) {
 
 // --- One experiment
 
-static void clear_progress(const job *j) {
-    if (j->shown) fprintf(stderr, "\r\033[K");
-}
-
-static int report(void *user, const nmm_bench *bench, const char *what, int row) {
-    const job *j = user;
-    (void)bench;
-    (void)row;
-    if (what && j->shown) fprintf(stderr, "\r%.78s\033[K", what);
-    return interrupt_asked();
-}
-
 static int show(job *j, nmm_bench *bench, const char *name) {
     if (j->given->json) {
         if (!strcmp(j->given->path, "all")) json_open(&j->out, NULL);
@@ -130,10 +119,10 @@ static int run_one(job *j, const char *name) {
     def.thread = given->thread_list;
     if (given->device != NMM_DEVICE_SCENE) def.device = given->device;
     def.quick = given->quick;
-    def.report = report;
-    def.user = j;
+    def.report = progress_measuring;
+    def.user = &j->line;
     const nmm_status status = nmm_bench_run(&bench, &def);
-    clear_progress(j);
+    progress_clear(&j->line);
     int end = status == NMM_OK ? show(j, bench, name) : complain_bench(bench, name);
     if (end == EXIT_DONE && nmm_bench_stopped(bench)) {
         message_note("%s: ended early, on request", name);
@@ -161,7 +150,7 @@ int command_bench(const arguments *given) {
     job j = {.given = given, .folder = given->output ? given->output : "bench"};
     bool known = false, needs_scenes = false;
     j.out.file = stdout;
-    j.shown = !given->quiet && is_terminal(stderr);
+    j.line = progress_start(0, given->quiet);
     for (int k = 0; nmm_bench_list(k).name; k++) {
         known = known || is_wanted(&j, nmm_bench_list(k));
         needs_scenes =

@@ -10,6 +10,7 @@
 #include "interrupt.h"
 #include "message.h"
 #include "options.h"
+#include "progress.h"
 #include "scene_open.h"
 
 #include <limits.h>
@@ -20,16 +21,8 @@
 typedef struct job {
     const arguments *given;
     const char *folder;
-    bool shown; // progress on the terminal
+    progress line;
 } job;
-
-static int report(void *user, const nmm_bench *bench, const char *what, int row) {
-    const job *j = user;
-    (void)bench;
-    (void)row;
-    if (what && j->shown) fprintf(stderr, "\r%.78s\033[K", what);
-    return interrupt_asked();
-}
 
 // --- What is printed
 
@@ -162,15 +155,15 @@ static nmm_trade_def definition(job *j) {
     def.quick = given->quick;
     def.n_thread = given->n_thread;
     def.device = given->device;
-    def.report = report;
-    def.user = j;
+    def.report = progress_measuring;
+    def.user = &j->line;
     return def;
 }
 
 int command_trade(const arguments *given) {
     job j = {.given = given, .folder = given->output ? given->output : "trade"};
     nmm_bench *bench = NULL;
-    j.shown = !given->quiet && is_terminal(stderr);
+    j.line = progress_start(0, given->quiet);
     if (is_standard_input(given->path)) {
         message_error("nmm trade: the scene is read many times, so it must be a file");
         return EXIT_USAGE;
@@ -182,7 +175,7 @@ int command_trade(const arguments *given) {
     interrupt_listen();
     const nmm_trade_def def = definition(&j);
     const nmm_status status = nmm_trade_run(&bench, &def);
-    if (j.shown) fprintf(stderr, "\r\033[K");
+    progress_clear(&j.line);
     const int end = status == NMM_OK ? show(&j, bench) : complain(bench, given->path);
     nmm_bench_destroy(bench);
     // Nothing is left behind where nothing was measured.

@@ -5,6 +5,7 @@
 
 #include "progress.h"
 
+#include "interrupt.h"
 #include "message.h"
 
 #include <stdio.h>
@@ -28,6 +29,11 @@ static int terminal_columns(void) {
     struct winsize size;
     if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
     return 80;
+}
+
+static void write_line(const char *text) {
+    fprintf(stderr, "\r%.*s\033[K", terminal_columns() - 1, text);
+    fflush(stderr);
 }
 
 /// "47 s", "3 min 20 s", "2 h 5 min".
@@ -57,8 +63,15 @@ void progress_step(progress *line, const nmm_step_report *report) {
     snprintf(text + length, sizeof text - (size_t)length,
              "step %ld  dt %.2g s  open-close %d  solver %d", report->step, report->dt,
              report->passes, report->solver_iterations);
-    fprintf(stderr, "\r%.*s\033[K", terminal_columns() - 1, text);
-    fflush(stderr);
+    write_line(text);
+}
+
+int progress_measuring(void *user, const nmm_bench *bench, const char *what, int row) {
+    const progress *line = user;
+    (void)bench;
+    (void)row;
+    if (what && line->shown) write_line(what);
+    return interrupt_asked();
 }
 
 void progress_clear(const progress *line) {

@@ -54,7 +54,7 @@ typedef struct nmm_contact_search nmm_contact_search;
 
 /// Can two parts of the boundary ever meet? So they can with two blocks, with a crack, and where a
 /// block has sides that face each other: a slot, a hole, two prongs. Else there is nothing to find.
-bool nmm_contact_can_be(const nmm_model *model);
+nmm_status nmm_contact_can_be(nmm_context *context, const nmm_model *model, bool *can_be);
 
 nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
                             const nmm_contact_options *options, nmm_contact_search **search);
@@ -65,6 +65,10 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search);
 /// initial stress, gives contacts the forces that hold it.
 nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
                             const nmm_model *model, nmm_state *state, double reach);
+
+/// A copy of the list as it is, in the room of the next one: valid until that is looked for.
+nmm_status nmm_contact_save(nmm_context *context, nmm_contact_search *search,
+                            const nmm_state *state, const nmm_contact **start);
 
 /// Gap, slip, forces and mode of each contact at state->position, from the anchors of the step's
 /// start. Returns how the modes differ from those before.

@@ -38,15 +38,6 @@ static bool is_shared(const nmm_contact *c) {
     return !c->bonded && (c->mode != NMM_CONTACT_OPEN || c->gap <= 0);
 }
 
-static void share_force(const nmm_model *model, const nmm_state *state, nmm_contact *c,
-                        double growth) {
-    c->carried_normal /= growth;
-    c->carried_shear /= growth;
-    c->normal_force /= growth;
-    c->shear_force /= growth;
-    nmm_contact_keep(model, state, c, c->gap);
-}
-
 nmm_status nmm_contact_keep_sides(nmm_context *context, nmm_contact_search *search,
                                   const nmm_model *model, nmm_state *state) {
     // The list before: it gave its place to the new one.
@@ -66,7 +57,9 @@ nmm_status nmm_contact_keep_sides(nmm_context *context, nmm_contact_search *sear
         if (!is_shared(c) || c->mode == NMM_CONTACT_OPEN) continue;
         const nmm_side_pair *sides = sides_of(search, model, size, c);
         const double growth = sides->last > 0 ? sides->length / sides->last : 1;
-        if (growth > NMM_LONGER) share_force(model, state, c, growth);
+        if (growth <= NMM_LONGER) continue;
+        nmm_contact_scale(c, 1 / growth);
+        nmm_contact_keep(model, state, c, c->gap);
     }
     return NMM_OK;
 }

@@ -140,39 +140,6 @@ bool nmm_edges_can_meet(const nmm_model *model, int a, int b) {
     return nmm_vec2_dot(of_a, of_b) < -0.2 && !back_to_back(model, a, b, of_a, of_b);
 }
 
-// Has the boundary a corner that points inwards? Without one the block is convex. Places of a
-// straight side are straight to rounding only.
-static bool has_inward_corner(const nmm_model *model) {
-    for (int v = 0; v < model->n_vertex; v++) {
-        const nmm_vec2 before = reference_direction(model, v);
-        const nmm_vec2 after = reference_direction(model, model->vertex_next[v]);
-        if (nmm_vec2_cross(before, after) < -NMM_EXACT) return true;
-    }
-    return false;
-}
-
-// Is each of two edges of a block in front of the other, with nothing said of what is between?
-static bool face_each_other(const nmm_model *model, int a, int b) {
-    const nmm_vec2 of_a = reference_direction(model, a), of_b = reference_direction(model, b);
-    const nmm_vec2 way = nmm_vec2_sub(reference_middle(model, b), reference_middle(model, a));
-    return nmm_vec2_cross(way, of_a) > 0 && nmm_vec2_cross(way, of_b) < 0 &&
-           nmm_edges_can_meet(model, a, b);
-}
-
-bool nmm_contact_can_be(const nmm_model *model) {
-    if (model->n_block > 1) return true;
-    for (int v = 0; v < model->n_vertex; v++) {
-        if (model->edge_mate[v] >= 0) return true;
-    }
-    if (!has_inward_corner(model)) return false;
-    for (int a = 0; a < model->n_vertex; a++) {
-        for (int b = a + 1; b < model->n_vertex; b++) {
-            if (face_each_other(model, a, b)) return true;
-        }
-    }
-    return false;
-}
-
 // Pairs of bucket b; stores them when `out` is not NULL. Returns how many.
 static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *model, int b,
                            nmm_edge_pair *out) {
@@ -251,4 +218,100 @@ nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
     search->cell_size = choose_cell(search, n, model->size);
     TRY(fill_grid(context, search, n));
     return find_pairs(context, search, model);
+}
+
+// --- Can there be a contact at all?
+
+/// An edge of the reference configuration.
+typedef struct reference_edge {
+    nmm_vec2 middle, along;
+} reference_edge;
+
+/// All of them, and boxes of the middles of runs of them.
+typedef struct outline {
+    int n, length, n_run; // edges; in a run; runs
+    reference_edge *edge; // [n]
+    nmm_box *run;         // [n_run]
+} outline;
+
+static int end_of_run(const outline *o, int run) {
+    return nmm_min_int(o->n, (run + 1) * o->length);
+}
+
+static nmm_box box_of_run(const outline *o, int run) {
+    nmm_box box = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    for (int e = run * o->length; e < end_of_run(o, run); e++) {
+        const nmm_vec2 p = o->edge[e].middle;
+        box.low = (nmm_vec2){nmm_min(box.low.x, p.x), nmm_min(box.low.y, p.y)};
+        box.high = (nmm_vec2){nmm_max(box.high.x, p.x), nmm_max(box.high.y, p.y)};
+    }
+    return box;
+}
+
+static nmm_status trace_outline(nmm_context *context, const nmm_model *model, outline *o) {
+    o->n = model->n_vertex;
+    // About as many runs as edges in one.
+    o->length = nmm_max_int(1, (int)sqrt(o->n));
+    o->n_run = (o->n + o->length - 1) / o->length;
+    TRY(nmm_allocate(context, &o->edge, (size_t)o->n, sizeof *o->edge));
+    TRY(nmm_allocate(context, &o->run, (size_t)o->n_run, sizeof *o->run));
+    for (int e = 0; e < o->n; e++)
+        o->edge[e] = (reference_edge){reference_middle(model, e), reference_direction(model, e)};
+    for (int run = 0; run < o->n_run; run++)
+        o->run[run] = box_of_run(o, run);
+    return NMM_OK;
+}
+
+// Has the boundary a corner that points inwards? Without one the block is convex. Places of a
+// straight side are straight to rounding only.
+static bool has_inward_corner(const nmm_model *model, const outline *o) {
+    for (int v = 0; v < o->n; v++) {
+        const nmm_vec2 after = o->edge[model->vertex_next[v]].along;
+        if (nmm_vec2_cross(o->edge[v].along, after) < -NMM_EXACT) return true;
+    }
+    return false;
+}
+
+static bool is_in_front(const reference_edge *e, nmm_vec2 place) {
+    return nmm_vec2_cross(nmm_vec2_sub(place, e->middle), e->along) > 0;
+}
+
+// Is any of a box in front of the edge? If so the corner of it that is furthest there.
+static bool is_box_in_front(const reference_edge *e, const nmm_box *box) {
+    const nmm_vec2 furthest = {e->along.y > 0 ? box->high.x : box->low.x,
+                               e->along.x > 0 ? box->low.y : box->high.y};
+    return is_in_front(e, furthest);
+}
+
+// Is each of two edges of a block in front of the other, with nothing said of what is between?
+static bool face_each_other(const nmm_model *model, const outline *o, int a, int b) {
+    const reference_edge *one = &o->edge[a], *other = &o->edge[b];
+    return is_in_front(one, other->middle) && is_in_front(other, one->middle) &&
+           nmm_edges_can_meet(model, a, b);
+}
+
+static bool faces_another(const nmm_model *model, const outline *o, int a) {
+    for (int run = a / o->length; run < o->n_run; run++) {
+        if (!is_box_in_front(&o->edge[a], &o->run[run])) continue;
+        for (int b = nmm_max_int(a + 1, run * o->length); b < end_of_run(o, run); b++) {
+            if (face_each_other(model, o, a, b)) return true;
+        }
+    }
+    return false;
+}
+
+nmm_status nmm_contact_can_be(nmm_context *context, const nmm_model *model, bool *can_be) {
+    *can_be = model->n_block > 1;
+    for (int v = 0; v < model->n_vertex && !*can_be; v++)
+        *can_be = model->edge_mate[v] >= 0;
+    if (*can_be) return NMM_OK;
+    outline o = {0};
+    const nmm_status status = trace_outline(context, model, &o);
+    if (status == NMM_OK && has_inward_corner(model, &o)) {
+        for (int a = 0; a < o.n && !*can_be; a++)
+            *can_be = faces_another(model, &o, a);
+    }
+    nmm_release(context, &o.run);
+    nmm_release(context, &o.edge);
+    return status;
 }

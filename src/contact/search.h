@@ -72,6 +72,14 @@ static inline nmm_edge_line nmm_edge_line_of(const nmm_model *model, const nmm_s
     return (nmm_edge_line){.p = p, .q = q, .t = t, .n = {t.y, -t.x}, .length = length};
 }
 
+/// All forces of a contact, carried and present, times `by`.
+static inline void nmm_contact_scale(nmm_contact *contact, double by) {
+    contact->carried_normal *= by;
+    contact->carried_shear *= by;
+    contact->normal_force *= by;
+    contact->shear_force *= by;
+}
+
 /// What the narrow phase works on. What `out` has no room for is only counted.
 typedef struct nmm_narrowing {
     const nmm_model *model;
@@ -133,7 +141,7 @@ struct nmm_contact_search {
     int table_capacity;
     nmm_side_pair *table; // shared length by pair of sides, hashed
     int next_capacity;
-    nmm_contact *next; // the new list
+    nmm_contact *next; // the new list; between searches what was saved
 };
 
 /// Pairs of edges nearer than `reach`, complete; remade only when needed.

@@ -387,7 +387,9 @@ static const nmm_key solver_keys[] = {
      .meaning = "jacobi, chebyshev, pcg: diagonal blocks that are inverted, one for each cover or "
                 "each cluster of covers; body: clusters and the rigid motions of parts of blocks"},
     {"tolerance", KEY(raw_solver, tolerance), .range = FROM_TO(1e-15, 0.1), .standard = "1e-8",
-     .why = "well below the force balance asked for", .meaning = "of the stopping test"},
+     .why = "well below the force balance asked for",
+     .meaning = "of the stopping test; passes of auto that follow friction have their own, 1e-3 to "
+                "1e-5, or this one where it is looser"},
     {"stop", KEY(raw_solver, stop), .kind = NMM_VALUE_CHOICE, .word = stop_words,
      .standard = "residual", .why = "measures the error of the equations",
      .meaning = "stopping test: relative residual, or average change of the unknowns in a sweep "

@@ -70,8 +70,9 @@ static nmm_solve_end end_of_sweeps(const nmm_solver *s, const sweeps *plan, swee
 
 // --- Kernels that one precision has
 
-// Start of the Lanczos process: r = D^1/2 times fixed pseudo-random numbers, z = D^-1 r; terms of
-// r.z and r.r. The numbers depend on the row alone (the finaliser of MurmurHash3).
+// Start of the Lanczos process: r = D^1/2 times fixed pseudo-random numbers, times a unit that
+// keeps them within float32; z = D^-1 r; terms of r.z and r.r. The numbers depend on the row alone
+// (the finaliser of MurmurHash3).
 static void scatter(const nmm_solver *s) {
     const int n = s->n, n_group = nmm_groups_of(n);
     const double *inverse = s->wide.inverse;
@@ -79,16 +80,18 @@ static void scatter(const nmm_solver *s) {
     const float *dense = s->dense;
     const double *scale = s->dense_scale;
     double *part = s->part;
+    const nmm_iteration *state = s->state;
     PARALLEL_FOR
     for (int group = 0; group < n_group; group++) {
         const int first = group * NMM_GROUP, end = first + NMM_GROUP < n ? first + NMM_GROUP : n;
+        const double unit = state->unit;
         for (long i = 2 * (long)first; i < 2 * (long)end; i++) {
             uint32_t h = (uint32_t)i + 1;
             h = (h ^ (h >> 16)) * 0x85ebca6bu;
             h = (h ^ (h >> 13)) * 0xc2b2ae35u;
             h = h ^ (h >> 16);
             const double d = inverse[4 * (i / 2) + 3 * (i % 2)];
-            r[i] = d > 0 ? ((double)h / 2147483648.0 - 1) / sqrt(d) : 0;
+            r[i] = d > 0 ? unit * (((double)h / 2147483648.0 - 1) / sqrt(d)) : 0;
         }
         const double *rg = r + 2 * (long)first;
         double *zg = z + 2 * (long)first;
@@ -212,10 +215,21 @@ static double run_pcg(nmm_solver *s, const double *u, nmm_solve_report *report) 
     return norm;
 }
 
+// A power of two next to the square root of the largest number in D^-1.
+static double unit_of(const nmm_solver *s) {
+    double largest = 0;
+    for (long i = 0; i < 2 * (long)s->n; i++)
+        largest = nmm_max(largest, s->wide.inverse[4 * (i / 2) + 3 * (i % 2)]);
+    int exponent = 0;
+    frexp(sqrt(largest), &exponent);
+    return ldexp(1, exponent);
+}
+
 // Bounds of the spectrum of D^-1 K by Lanczos steps, which are those of conjugate gradients,
 // eq. (6.9). Leaves its sums in u, which nothing reads.
 static void estimate_bounds(nmm_solver *s, double bounds[2], nmm_solve_report *report) {
     s->state->limit = 0;
+    s->state->unit = unit_of(s);
     SEND(s->state, 1);
     BATCH {
         scatter(s);

@@ -62,7 +62,9 @@ static void complete_settings(nmm_sim *sim) {
 }
 
 static nmm_status open_contact(nmm_sim *sim, bool always) {
-    if (!always && !nmm_contact_can_be(&sim->model)) return NMM_OK;
+    bool can_be = true;
+    if (!always) TRY(nmm_contact_can_be(&sim->context, &sim->model, &can_be));
+    if (!can_be) return NMM_OK;
     // Contacts are found once a step: nothing may pass through an edge within it.
     sim->allowed = nmm_min(sim->allowed, 0.25 * sim->model.size);
     const nmm_contact_options options = {
@@ -186,7 +188,6 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_release(context, &sim->start_velocity);
     nmm_release(context, &sim->start_position);
     nmm_release(context, &sim->start_support);
-    nmm_release(context, &sim->start_contact);
     nmm_raising_close(context, &sim->raising);
     nmm_state_destroy(context, &sim->state);
     nmm_model_destroy(context, &sim->model);

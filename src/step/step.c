@@ -32,16 +32,14 @@ static nmm_status save_start(nmm_sim *sim) {
     const nmm_model *model = &sim->model;
     const nmm_state *state = &sim->state;
     const size_t pair = 2 * sizeof(double);
-    TRY(nmm_grow(&sim->context, &sim->start_contact, &sim->start_capacity, state->n_contact,
-                 sizeof(nmm_contact)));
+    sim->tried = false;
+    if (sim->search != NULL)
+        TRY(nmm_contact_save(&sim->context, sim->search, state, &sim->start_contact));
     memcpy(sim->start_displacement, state->displacement, (size_t)model->n_cover * pair);
     memcpy(sim->start_velocity, state->velocity, (size_t)model->n_cover * pair);
     memcpy(sim->start_position, state->position, (size_t)model->n_point * pair);
     if (model->n_support > 0) {
         memcpy(sim->start_support, state->support_force, (size_t)model->n_support * pair);
-    }
-    if (state->n_contact > 0) {
-        memcpy(sim->start_contact, state->contact, (size_t)state->n_contact * sizeof(nmm_contact));
     }
     return NMM_OK;
 }
@@ -400,9 +398,29 @@ static nmm_status do_step(nmm_sim *sim) {
     return NMM_OK;
 }
 
+// All phases but the solver, whose threads have a pace of their own.
+static double seconds_of_phases(const nmm_sim *sim) {
+    return sim->summary.phase_seconds.contact + sim->summary.phase_seconds.assemble +
+           sim->summary.phase_seconds.advance;
+}
+
+// A step on all threads or, but for its solves, on one: whatever has been faster of late.
+static nmm_status paced_step(nmm_sim *sim) {
+    const int n_thread = sim->context.n_thread;
+    const bool shared = n_thread > 1 && nmm_pace_shares(&sim->pace);
+    const double before = seconds_of_phases(sim);
+    sim->solver_threads = n_thread;
+    sim->context.n_thread = shared ? n_thread : 1;
+    const nmm_status status = do_step(sim);
+    sim->context.n_thread = n_thread;
+    if (n_thread > 1)
+        nmm_pace_note(&sim->pace, shared, sim->report.passes, seconds_of_phases(sim) - before);
+    return status;
+}
+
 nmm_status nmm_sim_step(nmm_sim *sim, nmm_step_report *report) {
     const nmm_status status =
-        sim->context.error.status != NMM_OK ? sim->context.error.status : do_step(sim);
+        sim->context.error.status != NMM_OK ? sim->context.error.status : paced_step(sim);
     if (report != NULL) *report = sim->report;
     return status;
 }

@@ -12,6 +12,7 @@
 #include "mixing.h"
 #include "motion.h"
 #include "nearby.h"
+#include "pace.h"
 #include "scene.h"
 #include "solve.h"
 #include "system.h"
@@ -176,6 +177,8 @@ typedef struct nmm_reason {
 
 struct nmm_sim {
     nmm_context context;
+    nmm_pace pace;      // contact, assembly and all else but solves: one thread or all
+    int solver_threads; // of solves
     nmm_scene scene;
     nmm_scene_settings settings; // the scene's, completed: nothing is left on auto
     nmm_model model;
@@ -207,11 +210,11 @@ struct nmm_sim {
     double *start_displacement, *start_velocity; // [n_cover][2]
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
-    nmm_contact *start_contact;
-    nmm_overlaps spring_overlaps; // what becomes of them in this try
+    const nmm_contact *start_contact;            // the search has it
+    nmm_overlaps spring_overlaps;                // what becomes of them in this try
     bool gentle; // springs of augmented contacts have the least stiffness in this try
     bool stiff;  // some had more in the last one
-    int start_capacity;
+    bool tried;  // this step: the state may be that of a try
 
     // Stored energies at the last accepted state [J].
     double kinetic, strain, support, contact;

@@ -258,6 +258,91 @@ static void test_no_allocation_in_a_steady_loop(void **unused) {
     bodies_close(&b);
 }
 
+// --- Can there be a contact at all?
+
+enum { MOST_EDGES = 20000, MORE_EDGES = 16 };
+
+static bool can_be(int n, const nmm_vec2 *corner) {
+    bodies b = {.context.n_thread = 1};
+    bool answer = false;
+    assert_int_equal(bodies_open(&b, 1, &(loop){0, n, corner}, 0.3), NMM_OK);
+    assert_int_equal(nmm_contact_can_be(&b.context, &b.model, &answer), NMM_OK);
+    bodies_close(&b);
+    return answer;
+}
+
+// A disc of radius 1 whose rim is wavy, by `depth` to both sides.
+static void make_disc(int n, int waves, double depth, nmm_vec2 *corner) {
+    const double turn = 6.283185307179586;
+    for (int i = 0; i < n; i++) {
+        const double angle = turn * i / n, r = 1 + depth * cos(waves * angle);
+        corner[i] = (nmm_vec2){r * cos(angle), r * sin(angle)};
+    }
+}
+
+// A slot of one edge's width, cut into the rim before corner `at` of a disc.
+static int cut_slot(int n, int at, nmm_vec2 *corner) {
+    const nmm_vec2 a = corner[at - 1], b = corner[at];
+    memmove(corner + at + 2, corner + at, (size_t)(n - at) * sizeof *corner);
+    corner[at] = nmm_vec2_scale(0.9, a);
+    corner[at + 1] = nmm_vec2_scale(0.9, b);
+    return n + 2;
+}
+
+// Gentle waves face nobody, deep ones each other; one slot is enough. All pairs of so many edges
+// would be two hundred millions.
+static void test_sides_of_one_block(void **unused) {
+    (void)unused;
+    static nmm_vec2 corner[MOST_EDGES + MORE_EDGES];
+    make_disc(MOST_EDGES, 50, 0.005, corner);
+    assert_false(can_be(MOST_EDGES, corner));
+    make_disc(MOST_EDGES, 50, 0.05, corner);
+    assert_true(can_be(MOST_EDGES, corner));
+    make_disc(MOST_EDGES, 50, 0.005, corner);
+    assert_true(can_be(cut_slot(MOST_EDGES, 19990, corner), corner));
+    // The two sides of the slot are the last edge and the first but one.
+    make_disc(MOST_EDGES, 50, 0.005, corner);
+    assert_true(can_be(cut_slot(MOST_EDGES, 1, corner), corner));
+}
+
+static bool one_faces_another(int n, const nmm_vec2 *corner) {
+    for (int a = 0; a < n; a++) {
+        for (int b = a + 2; b < n - (a == 0); b++) {
+            const nmm_vec2 p = corner[a], q = corner[(a + 1) % n], r = corner[b],
+                           s = corner[(b + 1) % n];
+            const nmm_vec2 one = nmm_vec2_sub(q, p), other = nmm_vec2_sub(s, r);
+            const nmm_vec2 way = nmm_vec2_sub(nmm_vec2_mix(r, s, 0.5), nmm_vec2_mix(p, q, 0.5));
+            const double size = sqrt(nmm_vec2_dot(one, one) * nmm_vec2_dot(other, other));
+            if (nmm_vec2_cross(way, one) > 0 && nmm_vec2_cross(way, other) < 0 &&
+                nmm_vec2_dot(one, other) < -0.2 * size)
+                return true;
+        }
+    }
+    return false;
+}
+
+// Stars with more and less deep notches, against all pairs.
+static void test_sides_against_all_pairs(void **unused) {
+    (void)unused;
+    enum { TRIES = 300, MOST_OF_STAR = 60 };
+    nmm_random random = nmm_random_seed(5);
+    int n_facing = 0;
+    for (int k = 0; k < TRIES; k++) {
+        const int n = 4 + (int)(nmm_random_next(&random) % (MOST_OF_STAR - 3));
+        const double depth = 0.9 * nmm_random_unit(&random);
+        nmm_vec2 corner[MOST_OF_STAR];
+        for (int i = 0; i < n; i++) {
+            const double angle = 6.283185307179586 * i / n;
+            const double r = 1 - depth * nmm_random_unit(&random);
+            corner[i] = (nmm_vec2){r * cos(angle), r * sin(angle)};
+        }
+        const bool faces = one_faces_another(n, corner);
+        assert_int_equal(can_be(n, corner), faces);
+        n_facing += faces;
+    }
+    assert_in_range(n_facing, TRIES / 10, TRIES - TRIES / 10);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pairs_are_complete),
@@ -267,6 +352,8 @@ int main(void) {
         cmocka_unit_test(test_sorted),
         cmocka_unit_test(test_allocation_failures),
         cmocka_unit_test(test_no_allocation_in_a_steady_loop),
+        cmocka_unit_test(test_sides_of_one_block),
+        cmocka_unit_test(test_sides_against_all_pairs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -110,12 +110,13 @@ static void close_counting(counting *c) {
     assert_int_equal(c->context.n_live, 0);
 }
 
-// What every solve moves: load, guess and scalars there, the result back, and the scalars after the
-// guess, the batch and the last residual.
-static void expect(const nmm_solve_report *report, int n_row, int more, double more_bytes) {
+// A solve, and what it moves. Every one: load, guess and scalars there, the result back, and the
+// scalars after the guess, the batch and the last residual.
+static void expect(counting *c, bool keep, int n_row, int more, double more_bytes) {
+    const nmm_solve_report report = count_solve(c, keep);
     const double vector = 16.0 * n_row, scalars = sizeof(nmm_iteration);
-    assert_int_equal(report->transfers, 7 + more);
-    assert_true(report->transfer_bytes == 3 * vector + 4 * scalars + more_bytes);
+    assert_int_equal(report.transfers, 7 + more);
+    assert_true(report.transfer_bytes == 3 * vector + 4 * scalars + more_bytes);
 }
 
 // Copies and bytes of solves with 2x2 blocks, counted by hand: what stays on the device, the
@@ -127,18 +128,13 @@ static void test_counted(void **state) {
     open_counting(&c, NMM_BLOCKS_COVER, NMM_PRECISION_DOUBLE);
     const double pattern = 4 * (ROWS + 1) + 4 * BLOCKS;
     const double matrix = 32 * BLOCKS, inverse = 32 * ROWS;
-    nmm_solve_report report = count_solve(&c, false);
-    expect(&report, ROWS, 4, pattern + matrix + inverse);
-    report = count_solve(&c, true);
-    expect(&report, ROWS, 0, 0);
+    expect(&c, false, ROWS, 4, pattern + matrix + inverse);
+    expect(&c, true, ROWS, 0, 0);
     // The row in the middle has three blocks.
     c.system.value[3][0] = 7;
-    report = count_solve(&c, true);
-    expect(&report, ROWS, 2, 3 * 32 + 32);
-    report = count_solve(&c, true);
-    expect(&report, ROWS, 0, 0);
-    report = count_solve(&c, false);
-    expect(&report, ROWS, 4, pattern + matrix + inverse);
+    expect(&c, true, ROWS, 2, 3 * 32 + 32);
+    expect(&c, true, ROWS, 0, 0);
+    expect(&c, false, ROWS, 4, pattern + matrix + inverse);
     close_counting(&c);
 }
 
@@ -150,18 +146,14 @@ static void test_counted_clusters(void **state) {
     open_counting(&c, NMM_BLOCKS_CLUSTER, NMM_PRECISION_DOUBLE);
     const double pattern = 4 * (NMM_GROUP + 1) + 4 * BLOCKS;
     const double matrix = 32 * BLOCKS, inverse = 32 * NMM_GROUP, cluster = 4 * 16 * 16 + 8;
-    nmm_solve_report report = count_solve(&c, false);
-    expect(&report, NMM_GROUP, 6, pattern + matrix + inverse + cluster);
+    expect(&c, false, NMM_GROUP, 6, pattern + matrix + inverse + cluster);
     c.options.reuse = true;
-    report = count_solve(&c, true);
-    expect(&report, NMM_GROUP, 0, 0);
+    expect(&c, true, NMM_GROUP, 0, 0);
     // Little enough to keep the cluster, then too much.
     c.system.value[3][0] *= 1.001;
-    report = count_solve(&c, true);
-    expect(&report, NMM_GROUP, 2, 3 * 32 + 32);
+    expect(&c, true, NMM_GROUP, 2, 3 * 32 + 32);
     c.system.value[3][0] *= 2;
-    report = count_solve(&c, true);
-    expect(&report, NMM_GROUP, 4, 3 * 32 + 32 + cluster);
+    expect(&c, true, NMM_GROUP, 4, 3 * 32 + 32 + cluster);
     close_counting(&c);
 }
 
@@ -178,8 +170,7 @@ static void test_counted_mixed(void **state) {
     assert_true(first - again == pattern + (32 + 16) * (BLOCKS + ROWS));
     c.options.precision = NMM_PRECISION_DOUBLE;
     c.system.value[3][0] *= 2;
-    nmm_solve_report report = count_solve(&c, true);
-    expect(&report, ROWS, 2, 3 * 32 + 32);
+    expect(&c, true, ROWS, 2, 3 * 32 + 32);
     c.options.precision = NMM_PRECISION_MIXED;
     const double changed = count_solve(&c, true).transfer_bytes;
     const double settled = count_solve(&c, true).transfer_bytes;

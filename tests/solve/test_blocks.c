@@ -188,6 +188,31 @@ static void test_badly_scaled(void **state) {
     }
 }
 
+// A matrix times a power of two is solved in the same iterations: neither the blocks in float32 nor
+// the estimate of the spectrum know a unit.
+static void test_one_scale_for_all(void **state) {
+    (void)state;
+    const nmm_solve_method method[] = {NMM_SOLVE_PCG, NMM_SOLVE_JACOBI, NMM_SOLVE_CHEBYSHEV};
+    for (int k = 0; k < 6; k++) {
+        const choice c = {method[k / 2], k % 2 == 0 ? NMM_BLOCKS_COVER : NMM_BLOCKS_CLUSTER,
+                          NMM_PRECISION_DOUBLE};
+        int iterations[3] = {0};
+        for (int power = -1; power <= 1; power++) {
+            fixture x;
+            set_up_wall(&x, &small_wall);
+            for (int i = 0; i < 4 * x.system.n_block; i++)
+                x.system.K.value[i] = ldexp(x.system.K.value[i], 400 * power);
+            assert_int_equal(solve_with(&x, c), NMM_OK);
+            assert_int_equal(x.report.end, NMM_SOLVE_CONVERGED);
+            check_promises(&x);
+            iterations[1 + power] = x.report.iterations;
+            tear_down(&x);
+        }
+        assert_int_equal(iterations[0], iterations[1]);
+        assert_int_equal(iterations[2], iterations[1]);
+    }
+}
+
 // One row, and a limit on iterations that no switch of blocks exceeds.
 static void test_iterations_are_limited(void **state) {
     (void)state;
@@ -571,6 +596,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_against_elimination),
         cmocka_unit_test(test_badly_scaled),
+        cmocka_unit_test(test_one_scale_for_all),
         cmocka_unit_test(test_iterations_are_limited),
         cmocka_unit_test(test_one_row_and_none),
         cmocka_unit_test(test_mixed_gives_way),

@@ -256,6 +256,29 @@ static void test_target_that_is_not_there(void **unused) {
     nmm_sim_destroy(sim);
 }
 
+// One way of two has been much slower: ten steps go the other way, to the same bits.
+static void take_pace(nmm_sim *sim, int slow, const double *expected) {
+    sim->context.n_thread = 2;
+    sim->pace = (nmm_pace){.seconds = {1, 1}, .tried = {1, 2}};
+    sim->pace.seconds[slow] = 1e9;
+    take_steps(sim, 10);
+    assert_true(sim->pace.seconds[slow] == 1e9);
+    assert_true(sim->pace.seconds[!slow] < 1);
+    assert_int_equal(sim->context.n_thread, 2);
+    assert_memory_equal(sim->state.displacement, expected,
+                        2 * (size_t)sim->model.n_cover * sizeof *expected);
+    nmm_sim_destroy(sim);
+}
+
+static void test_pace_of_threads(void **unused) {
+    (void)unused;
+    nmm_sim *sim = open_scene(SCENE_BLOCK_ON_BASE, 0, NULL);
+    take_steps(sim, 10);
+    for (int slow = 0; slow < 2; slow++)
+        take_pace(open_scene(SCENE_BLOCK_ON_BASE, 0, NULL), slow, sim->state.displacement);
+    nmm_sim_destroy(sim);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_solver_that_fails_is_never_accepted),
@@ -271,6 +294,7 @@ int main(void) {
         cmocka_unit_test(test_steady_loop_allocates_nothing),
         cmocka_unit_test(test_only_what_the_scene_needs),
         cmocka_unit_test(test_target_that_is_not_there),
+        cmocka_unit_test(test_pace_of_threads),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

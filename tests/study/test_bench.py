@@ -97,6 +97,16 @@ class Bench(unittest.TestCase):
     def test_fig6(self):
         self.measure("fig6")
 
+    def test_fig6_of_a_static_scene(self):
+        # Systems of statics are ill-conditioned: a small residual is no exact solution there.
+        for name in ("strut_whole", "strut_joint"):
+            with open(self.at("scenes", name, "scene.yaml"), encoding="utf-8") as file:
+                scene = file.read()
+            os.remove(self.at("scenes", name, "scene.yaml"))
+            with open(self.at("scenes", name, "scene.yaml"), "w", encoding="utf-8") as file:
+                file.write(scene + "analysis: {kind: static}\n")
+        self.measure("fig6")
+
     def test_fig7(self):
         _, rows = self.measure("fig7", "--device", "host", "--threads", "1,2")
         self.assertEqual([r["threads"] for r in rows], ["1", "2"] * 4)

@@ -15,6 +15,10 @@ OURS = ("pcg-cover", "pcg-cluster", "pcg-body", "chebyshev-cover", "chebyshev-cl
 PAPER_SIZE = 3000
 TIMES_FASTER = 3
 AUTO_MAY_LOSE = 1.15
+# Two threads over one: anywhere, and from so many unknowns on.
+LEAST_GAIN, SHARED_FROM, SHARED_GAIN = 0.95, 20000, 1.8
+# Of a sweep over a triad, once the system leaves the caches.
+LEAST_BANDWIDTH, FAR_FROM = 0.8, 100000
 
 
 def table(head, rows):
@@ -113,9 +117,10 @@ def verdict(folder):
             auto = g.get("auto", threads)
             for family in ("iterative", "direct"):
                 peer = g.best(family, threads)
-                if auto is None or peer is None:
+                if peer is None or (auto is None and g.get("auto") is not None):
                     continue
-                value = peer.ms / auto.ms
+                # What auto does not solve and another one does is lost.
+                value = peer.ms / auto.ms if auto else 0
                 won += value >= 1
                 if value < 1:
                     lost.append(value)
@@ -128,13 +133,61 @@ def verdict(folder):
         name = "one thread" if threads == 1 else "two threads"
         text.append(f"On {name} auto is no slower than the best iterative and the best direct peer "
                     f"in {won} of {won + len(lost)} comparisons" +
-                    (f", and slower in {len(lost)}, at worst {1 / min(lost):.2f} times as slow."
+                    (f", and slower in {len(lost)}, at worst {slower(min(lost))}."
                      if lost else "."))
         text.append(f"At paper size it is at least {TIMES_FASTER} times faster than the best "
                     f"iterative peer in {reached} of {len(paper)} cells; the ratios go from "
                     f"{min(paper)[0]:.2f} to {max(paper)[0]:.2f}" +
                     (f"; below {TIMES_FASTER}: {', '.join(below)}." if below else "."))
+    unsolved = [at_step(g) + f" to {g.tolerance}" for g in groups(folder, "peers_*")
+                if not any(c.ms is not None for c in g.cells)]
+    if text and unsolved:
+        text.append(f"Not counted, because nothing solves it: {', '.join(unsolved)}.")
     return "\n".join(text) if text else "Not measured."
+
+
+def slower(value):
+    return f"{1 / value:.2f} times as slow" if value > 0 else "not solved at all"
+
+
+def at_step(group):
+    return f"{place(group)[0]} at C = {group.courant:.3g}"
+
+
+def goal(text, cells, least):
+    """How many of the cells (value, name) reach a goal, and which do not."""
+    below = [f"{name} {value:.2f}" for value, name in cells if value < least]
+    return (f"{text} in {len(cells) - len(below)} of {len(cells)}" +
+            (f"; less: {', '.join(below)}." if below else "."))
+
+
+def threads_verdict(folder):
+    """What two threads gain, against the goals, in words."""
+    found = [(g, g.get("auto", 1), g.get("auto", 2)) for g in groups(folder, "peers_*")
+             if g.tolerance == "1e-06"]
+    cells = [(g.order, round(one.ms / two.ms, 2), at_step(g)) for g, one, two in found if one and two]
+    if not cells:
+        return "Not measured."
+    text = [goal(f"auto on two threads is at least {LEAST_GAIN} times as fast as on one",
+                 [cell[1:] for cell in cells], LEAST_GAIN),
+            goal(f"From {SHARED_FROM} unknowns on it is at least {SHARED_GAIN} times as fast",
+                 [cell[1:] for cell in cells if cell[0] >= SHARED_FROM], SHARED_GAIN)]
+    turns = [(round(float(at[7]), 2), f"{at[4]} on {re.sub('.*/|_C.*', '', at[1])} at C = {at[3]}")
+             for at in (line.split("\t") for line in lines(folder, "threads"))]
+    if turns:
+        text.append(goal("In turns (the last table of this section) it is, whatever the method,",
+                         turns, SHARED_GAIN))
+    return "\n".join(text)
+
+
+def bandwidth_verdict(folder):
+    cells = []
+    for line in lines(folder, "bandwidth"):
+        _, _, order, _, n_thread, _, sweep, triad = line.split("\t")
+        if int(order) >= FAR_FROM:
+            cells.append((float(sweep) / float(triad), f"{order} unknowns on {n_thread}"))
+    return goal(f"Out of the caches a sweep takes at least {LEAST_BANDWIDTH} of the triad's bandwidth",
+                cells, LEAST_BANDWIDTH) if cells else "Not measured."
 
 
 def threads(folder):
@@ -347,6 +400,7 @@ TABLES = {
     "machine": machine, "verdict": verdict,
     "peers 1e-6": against_peers("1e-06"), "peers 1e-10": against_peers("1e-10"),
     "all 1e-6": all_peers("1e-06"), "all 1e-10": all_peers("1e-10"),
+    "threads verdict": threads_verdict, "bandwidth verdict": bandwidth_verdict,
     "threads": threads, "scaling": scaling, "bandwidth": bandwidth, "jacobi": jacobi,
     "iterations 1e-6": iterations("1e-06"), "iterations 1e-10": iterations("1e-10"),
     "family": family, "contacts": contacts("contacts", "spacing of joints"),
