@@ -66,6 +66,10 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search);
 nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
                             const nmm_model *model, nmm_state *state, double reach);
 
+/// A copy of the list as it is, in the room of the next one: valid until that is looked for.
+nmm_status nmm_contact_save(nmm_context *context, nmm_contact_search *search,
+                            const nmm_state *state, const nmm_contact **start);
+
 /// Gap, slip, forces and mode of each contact at state->position, from the anchors of the step's
 /// start. Returns how the modes differ from those before.
 nmm_contact_verdict nmm_contact_evaluate(const nmm_contact_search *search, const nmm_model *model,

@@ -9,6 +9,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 // Does the edge after `edge` run on in the same direction, in the reference configuration?
 static bool runs_on(const nmm_model *model, int edge) {
@@ -271,28 +272,21 @@ static void begin_contact(const nmm_model *model, const nmm_state *state, const 
 
 // --- The list
 
-static void start_list(const nmm_state *state, int n_vertex, int *start) {
-    int k = 0;
-    for (int v = 0; v <= n_vertex; v++) {
-        while (k < state->n_contact && state->contact[k].vertex < v)
-            k += 1;
-        start[v] = k;
+// Where the contacts of each vertex begin; their largest overlap, at the places of the last
+// evaluation, and how many are bonded.
+static int start_list(const nmm_state *state, int n_vertex, int *start, double *overlap) {
+    int v = 0, n_bonded = 0;
+    *overlap = 0;
+    for (int k = 0; k < state->n_contact; k++) {
+        const nmm_contact *c = &state->contact[k];
+        while (v <= c->vertex)
+            start[v++] = k;
+        *overlap = nmm_max(*overlap, -c->gap);
+        n_bonded += c->bonded;
     }
-}
-
-// Of the last list, at the places of its last evaluation.
-static double largest_overlap(const nmm_state *state) {
-    double largest = 0;
-    for (int k = 0; k < state->n_contact; k++)
-        largest = nmm_max(largest, -state->contact[k].gap);
-    return largest;
-}
-
-static int count_bonded(const nmm_state *state) {
-    int n = 0;
-    for (int k = 0; k < state->n_contact; k++)
-        n += state->contact[k].bonded;
-    return n;
+    while (v <= n_vertex)
+        start[v++] = state->n_contact;
+    return n_bonded;
 }
 
 static bool is_longer(const nmm_contact *c, const nmm_contact *before) {
@@ -344,10 +338,11 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
                             const nmm_model *model, nmm_state *state, double reach) {
     // A run that goes on from a file has contacts already.
     const bool begins = !search->started && state->step == 0;
-    const double overlap = begins ? NMM_DEEPEST * model->size : largest_overlap(state);
+    double overlap = 0;
+    const int n_bonded = start_list(state, model->n_vertex, search->last_start, &overlap);
+    if (begins) overlap = NMM_DEEPEST * model->size;
     const double near = nmm_max(reach, NMM_SAME * model->size) + overlap;
     TRY(nmm_pairs_update(context, search, model, state, near));
-    start_list(state, model->n_vertex, search->last_start);
     draw_lines(context, search, model, state);
     const nmm_narrowing now = {.model = model,
                                .state = state,
@@ -358,7 +353,7 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
                                .near = near};
     int n_raw = 0;
     TRY(nmm_narrow(context, search, &now, &n_raw));
-    const int most = n_raw + count_bonded(state);
+    const int most = n_raw + n_bonded;
     TRY(nmm_grow(context, &search->next, &search->next_capacity, most, sizeof(nmm_contact)));
     state->n_contact = make_list(search, &now, begins, n_raw);
     // The two lists change places.
@@ -370,6 +365,15 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
     state->contact_capacity = capacity;
     search->started = true;
     return search->grows ? nmm_contact_keep_sides(context, search, model, state) : NMM_OK;
+}
+
+nmm_status nmm_contact_save(nmm_context *context, nmm_contact_search *search,
+                            const nmm_state *state, const nmm_contact **start) {
+    const int n = state->n_contact;
+    TRY(nmm_grow(context, &search->next, &search->next_capacity, n, sizeof(nmm_contact)));
+    if (n > 0) memcpy(search->next, state->contact, (size_t)n * sizeof(nmm_contact));
+    *start = search->next;
+    return NMM_OK;
 }
 
 void nmm_contact_describe(const nmm_model *model, const nmm_state *state, int contact, char *text,

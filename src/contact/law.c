@@ -205,8 +205,16 @@ static double bond_load(const nmm_interface *law, const nmm_contact *c) {
     return nmm_max(tension, slip);
 }
 
+static bool may_bond(const nmm_model *model) {
+    for (int i = 0; i < model->n_interface; i++)
+        if (model->interface[i].cohesion > 0 || model->interface[i].tensile_strength > 0)
+            return true;
+    return false;
+}
+
 int nmm_contact_break(const nmm_model *model, nmm_state *state) {
     double worst = 0;
+    if (!may_bond(model)) return 0;
     for (int k = 0; k < state->n_contact; k++) {
         const nmm_contact *c = &state->contact[k];
         if (!c->bonded || c->breaking) continue;
@@ -390,28 +398,34 @@ static double lost_in_break(const nmm_contact_search *search, const nmm_contact 
     return energy_of(c, pull, shear);
 }
 
+// Elastic energy; a bond keeps the forces of now.
+static double store(const nmm_contact_search *search, nmm_contact *c) {
+    c->bond_normal = c->bonded ? c->normal_force : 0;
+    c->bond_shear = c->bonded ? c->shear_force : 0;
+    return nmm_contact_stored_in(search, c);
+}
+
 void nmm_contact_commit(const nmm_contact_search *search, const nmm_model *model, nmm_state *state,
                         nmm_contact_energy *energy) {
+    double sum = 0;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *c = &state->contact[k];
-        const double length = nmm_edge_line_of(model, state, c->edge).length;
+        const double length =
+            c->mode != NMM_CONTACT_STICK ? nmm_edge_line_of(model, state, c->edge).length : 0;
         if (c->mode == NMM_CONTACT_SLIDE) energy->friction += commit_slide(search, c, length);
         if (c->mode == NMM_CONTACT_OPEN) commit_open(c, length);
         if (c->breaking) energy->fracture += lost_in_break(search, c);
         c->bonded &= !c->breaking;
         c->broken |= c->breaking;
         c->breaking = false;
+        sum += store(search, c);
     }
-    energy->elastic = nmm_contact_stored(search, state);
+    energy->elastic = sum;
 }
 
 double nmm_contact_stored(const nmm_contact_search *search, nmm_state *state) {
     double sum = 0;
-    for (int k = 0; k < state->n_contact; k++) {
-        nmm_contact *c = &state->contact[k];
-        sum += nmm_contact_stored_in(search, c);
-        c->bond_normal = c->bonded ? c->normal_force : 0;
-        c->bond_shear = c->bonded ? c->shear_force : 0;
-    }
+    for (int k = 0; k < state->n_contact; k++)
+        sum += store(search, &state->contact[k]);
     return sum;
 }

@@ -141,7 +141,7 @@ struct nmm_contact_search {
     int table_capacity;
     nmm_side_pair *table; // shared length by pair of sides, hashed
     int next_capacity;
-    nmm_contact *next; // the new list
+    nmm_contact *next; // the new list; between searches what was saved
 };
 
 /// Pairs of edges nearer than `reach`, complete; remade only when needed.

@@ -306,6 +306,8 @@ void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair) {
     if (is_tiny(now, a) || is_tiny(now, b)) return;
     const double share = share_parallel(a, b);
     if (share > 0) edge_edge(now, pair.a, pair.b, a, b, share);
+    // Of sides that are parallel no vertex is a corner.
+    if (share == 1) return;
     corners_of(now, pair.a, pair.b);
     corners_of(now, pair.b, pair.a);
 }

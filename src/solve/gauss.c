@@ -310,13 +310,16 @@ static void remember(nmm_gauss *g, bool kept) {
 
 // What the kind needs of the matrix; *made: it is there.
 static nmm_status prepare(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
-                          int kind, bool *made) {
-    if (kind == NMM_GAUSS_SWEEPS) {
-        *made = g->lump == 1 || nmm_lumps_fastest()->take(&g->lumps, K);
-        if (!*made || g->lump == 1) return NMM_OK;
-        bool fit = false;
-        TRY(nmm_lumps_couple(context, &g->lumps, s->options.coupling, &fit));
+                          int kind, nmm_solve_report *report, bool *made) {
+    if (kind == NMM_GAUSS_SWEEPS && g->lump == 3) {
+        *made = nmm_lumps_fastest()->take(&g->lumps, K);
+        bool fit = true;
+        if (*made) TRY(nmm_lumps_couple(context, &g->lumps, s->options.coupling, &fit));
         if (!fit) g->lump = 1;
+        if (!*made || fit) return NMM_OK;
+    }
+    if (kind == NMM_GAUSS_SWEEPS) {
+        *made = nmm_solver_check_numbers(s, K, report);
         return NMM_OK;
     }
     if (kind == NMM_GAUSS_KEPT) {
@@ -369,7 +372,7 @@ static nmm_status try_kind(nmm_context *context, nmm_solver *s, nmm_gauss *g, co
     bool made = false;
     const bool known = kind == NMM_GAUSS_SWEEPS || nmm_factor_knows(&g->factor, K);
     *norm = INFINITY;
-    TRY(prepare(context, s, g, K, kind, &made));
+    TRY(prepare(context, s, g, K, kind, report, &made));
     const int iterations = made ? iterate(s, g, kind, norm) : 0;
     report->iterations += iterations;
     g->work += work_of(g, K, kind, iterations);
@@ -452,7 +455,11 @@ nmm_status nmm_gauss_solve(nmm_context *context, nmm_solver *solver, const nmm_b
     TRY(nmm_solver_prepare(context, solver, K, keep_pattern, &own));
     remember(g, solver->pattern_kept);
     bool ready = false;
-    TRY(nmm_solver_start(context, solver, K, f, u, report, &ready));
+    // Sweeps by lumps and factors do without, others make them in time.
+    solver->without_inverses = true;
+    const nmm_status status = nmm_solver_start(context, solver, K, f, u, report, &ready);
+    solver->without_inverses = false;
+    TRY(status);
     solver->options.tolerance = options->tolerance;
     if (ready) TRY(run(context, solver, g, K, u, report));
     return NMM_OK;

@@ -17,7 +17,7 @@ void nmm_lumps_destroy(nmm_context *context, nmm_lumps *lumps) {
         &lumps->order,   &lumps->place,  &lumps->before_start, &lumps->behind_start,
         &lumps->before,  &lumps->behind, &lumps->before_value, &lumps->behind_value,
         &lumps->inverse, &lumps->scale,  &lumps->own,          &lumps->term,
-        &lumps->push,    &lumps->pull,
+        &lumps->push,    &lumps->pull,   &lumps->changed,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);
@@ -25,8 +25,8 @@ void nmm_lumps_destroy(nmm_context *context, nmm_lumps *lumps) {
 }
 
 static nmm_status reserve(nmm_context *context, nmm_lumps *lumps, int n, int n_side) {
-    int room[7];
-    for (int i = 0; i < 7; i++)
+    int room[8];
+    for (int i = 0; i < 8; i++)
         room[i] = lumps->capacity;
     // What does not fit any more holds nothing that will be needed.
     TRY(nmm_grow(context, &lumps->order, &room[0], n + 1, sizeof(int)));
@@ -36,7 +36,8 @@ static nmm_status reserve(nmm_context *context, nmm_lumps *lumps, int n, int n_s
     TRY(nmm_grow(context, &lumps->inverse, &room[4], n + 1, 48 * sizeof(float)));
     TRY(nmm_grow(context, &lumps->scale, &room[5], n + 1, 8 * sizeof(double)));
     TRY(nmm_grow(context, &lumps->own, &room[6], n + 1, 36 * sizeof(double)));
-    lumps->capacity = room[6];
+    TRY(nmm_grow(context, &lumps->changed, &room[7], n + 1, sizeof(bool)));
+    lumps->capacity = room[7];
     int side[4];
     for (int i = 0; i < 4; i++)
         side[i] = lumps->block_capacity;
@@ -98,16 +99,19 @@ static void sort_waves(nmm_lumps *lumps, const int *wave, int n_wave, int *start
 static void list_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
     int n_before = 0, n_behind = 0;
     for (int i = 0; i < lumps->n; i++) {
-        const int row = 3 * lumps->order[i], middle = K->diagonal[row];
+        const int row = 3 * lumps->order[i];
         lumps->before_start[i] = n_before;
-        lumps->behind_start[i] = n_behind;
-        for (int k = K->row_start[row]; k < middle; k += 3)
+        for (int k = K->row_start[row]; k < K->diagonal[row]; k += 3)
             lumps->before[n_before++] = lumps->place[K->col[k] / 3];
-        for (int k = middle + 3; k < K->row_start[row + 1]; k += 3)
-            lumps->behind[n_behind++] = lumps->place[K->col[k] / 3];
     }
     lumps->before_start[lumps->n] = n_before;
-    lumps->behind_start[lumps->n] = n_behind;
+    for (int i = lumps->n - 1; i >= 0; i--) {
+        const int row = 3 * lumps->order[i];
+        lumps->behind_start[i + 1] = n_behind;
+        for (int k = K->diagonal[row] + 3; k < K->row_start[row + 1]; k += 3)
+            lumps->behind[n_behind++] = lumps->place[K->col[k] / 3];
+    }
+    lumps->behind_start[0] = n_behind;
 }
 
 nmm_status nmm_lumps_find(nmm_context *context, nmm_lumps *lumps, const nmm_bsr *K,

@@ -18,13 +18,16 @@ typedef struct nmm_lumps {
     int capacity, block_capacity, term_capacity;
     int *order; // [n] lump of the matrix
     int *place; // [n] of a lump of the matrix; scratch behind it
-    // The blocks of lump i: start[i] .. start[i + 1] - 1, at these places.
+    // The blocks of lump i in the order in which sweeps need them, at these places: those before
+    // start[i] .. start[i + 1] - 1; those behind, from the last lump on, start[i + 1] .. start[i]
+    // - 1.
     int *before_start, *behind_start; // [n + 1]
     int *before, *behind;
     float *before_value, *behind_value; // [..][6][8] by columns
     float *inverse;                     // [n][6][8] of the diagonal blocks
     double *scale;                      // [n][8] of the unknowns
     double *own;                        // [n][6][6] diagonal blocks that were inverted
+    bool *changed;                      // [n] the last take found another diagonal block
     // The coupling: push (pull . x) for two lumps each.
     int n_term;
     int *term;          // [n_term][2]

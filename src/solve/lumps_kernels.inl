@@ -99,7 +99,8 @@ static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, int i) {
     for (int r = 0; r < 3; r++)
         memcpy(block[r], K->value + 4 * (long)(K->diagonal[3 * lumps->order[i] + r] - r),
                sizeof block[r]);
-    if (same_diagonal(block, kept)) return true;
+    lumps->changed[i] = !same_diagonal(block, kept);
+    if (!lumps->changed[i]) return true;
     memcpy(kept, block, sizeof block);
     for (int r = 0; r < 3; r++) {
         scale[2 * r] = scale_of(block[r][r][0]);
@@ -115,10 +116,7 @@ static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, int i) {
         row[2 * r + 1][0] = lower * left * __builtin_shufflevector(b[0], b[1], 2, 3, 6, 7);
         row[2 * r + 1][1] = lower * right * __builtin_shufflevector(b[2], zero, 2, 3, 4, 5);
     }
-    if (!invert_six(row)) {
-        memset(kept, 0, sizeof block);
-        return false;
-    }
+    if (!invert_six(row)) return false;
     // As symmetric as it was but for rounding: rows serve as columns.
     for (int r = 0; r < 6; r++) {
         float *column = lumps->inverse + 48 * (long)i + 8 * r;
@@ -162,7 +160,9 @@ static inline void take_block(const double *const row[3], const double *scale, c
     }
 }
 
+// What two bodies have to do with each other changes the diagonal blocks of both.
 static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
+    const bool *changed = lumps->changed;
     for (int i = 0; i < lumps->n; i++) {
         const int row = 3 * lumps->order[i];
         const long length = K->row_start[row + 1] - K->row_start[row];
@@ -170,13 +170,15 @@ static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
         const double *scale = lumps->scale + 8 * (long)i;
         int k = lumps->before_start[i], end = lumps->before_start[i + 1];
         for (; k < end; k++, value += 12) {
+            if (!changed[i] && !changed[lumps->before[k]]) continue;
             const double *const at[3] = {value, value + 4 * length, value + 8 * length};
             take_block(at, scale, lumps->scale + 8 * (long)lumps->before[k],
                        lumps->before_value + 48 * (long)k);
         }
         value += 12;
-        k = lumps->behind_start[i], end = lumps->behind_start[i + 1];
+        k = lumps->behind_start[i + 1], end = lumps->behind_start[i];
         for (; k < end; k++, value += 12) {
+            if (!changed[i] && !changed[lumps->behind[k]]) continue;
             const double *const at[3] = {value, value + 4 * length, value + 8 * length};
             take_block(at, scale, lumps->scale + 8 * (long)lumps->behind[k],
                        lumps->behind_value + 48 * (long)k);
@@ -185,8 +187,12 @@ static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
 }
 
 static bool take(nmm_lumps *lumps, const nmm_bsr *K) {
-    for (int i = 0; i < lumps->n; i++)
-        if (!take_diagonal(lumps, K, i)) return false;
+    for (int i = 0; i < lumps->n; i++) {
+        if (take_diagonal(lumps, K, i)) continue;
+        // The next time nothing is what it was.
+        memset(lumps->own, 0, 36 * (size_t)lumps->n * sizeof *lumps->own);
+        return false;
+    }
     take_blocks(lumps, K);
     return true;
 }
@@ -232,8 +238,8 @@ static void backward(const nmm_lumps *lumps, const float *v, float *t) {
     for (int i = lumps->n - 1; i >= 0; i--) {
         const long at = 8 * (long)i;
         lanes sum, own;
-        sum_blocks(lumps->behind_value + 48 * (long)start[i], lumps->behind + start[i],
-                   start[i + 1] - start[i], t, &sum);
+        sum_blocks(lumps->behind_value + 48 * (long)start[i + 1], lumps->behind + start[i + 1],
+                   start[i] - start[i + 1], t, &sum);
         take_off(lumps->inverse + 6 * at, &sum, v + at, &own);
         AT(t + at) = own;
     }

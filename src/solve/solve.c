@@ -497,7 +497,7 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
         end_early(solver, report, NMM_SOLVE_CONVERGED, -1);
         return NMM_OK;
     }
-    const bool all = solver->options.method != NMM_SOLVE_DIRECT;
+    const bool all = solver->options.method != NMM_SOLVE_DIRECT && !solver->without_inverses;
     nmm_solve_end end = take_rows(solver, K, all, &row);
     // What is not finite is named first.
     if (end != NMM_SOLVE_CONVERGED && !all) end = take_rows(solver, K, true, &row);

@@ -145,6 +145,7 @@ struct nmm_solver {
     int exponent;              // f = 2^exponent * scaled f
     bool guess_dropped;        // u = 0 is used instead of the caller's guess
     bool staged;               // the matrix is copied in any case; else only where it is reordered
+    bool without_inverses;     // nmm_solver_start leaves out those of the 2x2 blocks
     bool pattern_kept;         // row_start and col hold what they held in the last solve
     bool clusters_found, parts_found;
     bool dense_made, coarse_made;     // there are values to reuse
@@ -193,7 +194,8 @@ nmm_status nmm_solver_start(nmm_context *context, nmm_solver *solver, const nmm_
                             const double *f, double *u, nmm_solve_report *report, bool *ready);
 
 /// Are all numbers of the matrix finite? Else the report says which row is not. For a method that
-/// nmm_solver_start did not look at all of them for, the direct one, when it ends badly.
+/// nmm_solver_start did not look at all of them for, the direct one, when it ends badly. Also
+/// inverts the blocks.
 bool nmm_solver_check_numbers(nmm_solver *solver, const nmm_bsr *K, nmm_solve_report *report);
 
 /// f into solver->wide.f, scaled; its norm and the limit of the residual. Row of a number that is

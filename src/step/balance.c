@@ -12,6 +12,7 @@
 // Weights of blocks: within a few powers of two they are not worth the work, and beyond the digits
 // of a number they mean nothing.
 enum { LEAST_BITS = 4, MOST_BITS = 40 };
+#define LEAST_PART 0x1p-40
 
 // --- The object
 
@@ -198,7 +199,7 @@ double nmm_balance_allowed(const nmm_balance *balance, int b, double tolerance) 
     const double scale = nmm_min(balance->count[first] * block->force, whole->force);
     // Weights end there, and what is less beside the others is their rounding.
     const double in_all = tolerance * sqrt(whole->force) + sqrt(whole->rounding);
-    const double least = block->force > 0 ? ldexp(in_all, -MOST_BITS) : 0;
+    const double least = block->force > 0 ? in_all * LEAST_PART : 0;
     return tolerance * sqrt(scale) + sqrt(block->rounding) + least;
 }
 

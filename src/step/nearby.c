@@ -66,11 +66,16 @@ static double square_of(const nmm_system *system, int c) {
     return r[0] * r[0] + r[1] * r[1];
 }
 
+// As frexp has it, of a positive number; of the smallest ones one that is small enough.
+static int exponent_of(double x) {
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (int)(bits >> 52 & 0x7ff) - 1022;
+}
+
 // Bin of a square next to the largest one's exponent: 0 for the largest.
 static int bin_of(double square, int most) {
-    int exponent = 0;
-    frexp(square, &exponent);
-    return nmm_max_int(0, nmm_min_int(most - exponent, N_BIN - 1));
+    return nmm_max_int(0, nmm_min_int(most - exponent_of(square), N_BIN - 1));
 }
 
 // Squares of the residuals by bins, below the largest one.
@@ -87,7 +92,7 @@ static bool fill_bins(bin_sums *bins, const nmm_system *system) {
         largest = nmm_max(largest, square_of(system, c));
     if (!(largest > 0 && largest < INFINITY)) return false;
     memset(bins, 0, sizeof *bins);
-    frexp(largest, &bins->most);
+    bins->most = exponent_of(largest);
     for (int c = 0; c < system->K.n_row; c++) {
         const double square = square_of(system, c);
         if (!(square > 0)) continue;

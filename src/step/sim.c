@@ -188,7 +188,6 @@ void nmm_sim_destroy(nmm_sim *sim) {
     nmm_release(context, &sim->start_velocity);
     nmm_release(context, &sim->start_position);
     nmm_release(context, &sim->start_support);
-    nmm_release(context, &sim->start_contact);
     nmm_raising_close(context, &sim->raising);
     nmm_state_destroy(context, &sim->state);
     nmm_model_destroy(context, &sim->model);

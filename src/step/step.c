@@ -32,16 +32,14 @@ static nmm_status save_start(nmm_sim *sim) {
     const nmm_model *model = &sim->model;
     const nmm_state *state = &sim->state;
     const size_t pair = 2 * sizeof(double);
-    TRY(nmm_grow(&sim->context, &sim->start_contact, &sim->start_capacity, state->n_contact,
-                 sizeof(nmm_contact)));
+    sim->tried = false;
+    if (sim->search != NULL)
+        TRY(nmm_contact_save(&sim->context, sim->search, state, &sim->start_contact));
     memcpy(sim->start_displacement, state->displacement, (size_t)model->n_cover * pair);
     memcpy(sim->start_velocity, state->velocity, (size_t)model->n_cover * pair);
     memcpy(sim->start_position, state->position, (size_t)model->n_point * pair);
     if (model->n_support > 0) {
         memcpy(sim->start_support, state->support_force, (size_t)model->n_support * pair);
-    }
-    if (state->n_contact > 0) {
-        memcpy(sim->start_contact, state->contact, (size_t)state->n_contact * sizeof(nmm_contact));
     }
     return NMM_OK;
 }

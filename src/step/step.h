@@ -210,11 +210,11 @@ struct nmm_sim {
     double *start_displacement, *start_velocity; // [n_cover][2]
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
-    nmm_contact *start_contact;
-    nmm_overlaps spring_overlaps; // what becomes of them in this try
+    const nmm_contact *start_contact;            // the search has it
+    nmm_overlaps spring_overlaps;                // what becomes of them in this try
     bool gentle; // springs of augmented contacts have the least stiffness in this try
     bool stiff;  // some had more in the last one
-    int start_capacity;
+    bool tried;  // this step: the state may be that of a try
 
     // Stored energies at the last accepted state [J].
     double kinetic, strain, support, contact;

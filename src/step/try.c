@@ -29,8 +29,13 @@ typedef struct passes {
     bool clouded; // rounding is something beside what may be left of the forces
 } passes;
 
+// Back to the start of the step; before its first try that is where everything is.
 static void restore_start(nmm_sim *sim) {
     const nmm_model *model = &sim->model;
+    if (!sim->tried) {
+        sim->tried = true;
+        return;
+    }
     nmm_state *state = &sim->state;
     const size_t pair = 2 * sizeof(double);
     memcpy(state->displacement, sim->start_displacement, (size_t)model->n_cover * pair);
@@ -174,8 +179,9 @@ static nmm_status couple(nmm_sim *sim, const passes *p) {
     if (p->n == 0) coupling->tolerance = NMM_FIRST_TOLERANCE;
     if (sim->friction.way == NMM_FRICTION_CLOSE) coupling->tolerance *= NMM_CLOSE_PART;
     if (!couples(sim, p)) return NMM_OK;
+    const nmm_rows part = {sim->nearby.n_row, sim->nearby.row, sim->nearby.place};
     TRY(nmm_system_couple(&sim->context, &sim->system, &sim->model, &sim->state,
-                          p->part ? sim->nearby.place : NULL));
+                          p->part ? &part : NULL));
     nmm_balance_weigh_coupling(&sim->balance, coupling, &sim->model);
     return NMM_OK;
 }

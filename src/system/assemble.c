@@ -182,13 +182,15 @@ static unsigned char next_mode(unsigned char spring, unsigned char now) {
     return reversed ? NMM_SPRING_CAUGHT : now;
 }
 
-// Mode by which contact k gets its spring. Where bodies are pressed, one that only just touches
-// counts as closed: as an open one it would let each pass bring a push to the next body only.
+// Mode by which the contact at place p gets its spring. Where bodies are pressed, one that only
+// just touches counts as closed: as an open one it would let each pass bring a push to the next
+// body only.
 static unsigned char first_mode(const nmm_system *system, const nmm_model *model,
-                                const nmm_contact *contact, int k) {
+                                const nmm_state *state, int p) {
+    if (!system->pressed || system->mode[p] != NMM_SPRING_OPEN) return system->mode[p];
+    const nmm_contact *contact = &state->contact[system->couples.order[p] / 2];
     const bool touches = fabs(contact->gap - contact->rest) <= TOUCHES * model->size;
-    const bool closes = system->pressed && system->mode[k] == NMM_SPRING_OPEN && touches;
-    return closes ? NMM_SPRING_SLIDE : system->mode[k];
+    return touches ? NMM_SPRING_SLIDE : NMM_SPRING_OPEN;
 }
 
 // All springs of couple q.
@@ -196,21 +198,22 @@ static void make_springs(nmm_system *system, const nmm_model *model, const nmm_s
                          int q) {
     const nmm_couples *couples = &system->couples;
     for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-        const int k = couples->order[p] / 2;
-        system->spring_mode[p] = first_mode(system, model, &state->contact[k], k);
+        system->spring_mode[p] = first_mode(system, model, state, p);
         if (system->spring_mode[p] != NMM_SPRING_OPEN) make_spring(system, model, state, q, p);
     }
 }
 
-// Adds `sign` times the two rows of cover i of one spring to row[2][2 m][2].
-static inline void add_spring(const double *spring, int i, double sign, int m,
+// The two rows of cover i of one spring, times `sign`, into row[2][2 m][2]; `more`: added to it.
+static inline void add_spring(const double *spring, int i, double sign, bool more, int m,
                               double *restrict row) {
     const double kn = sign * spring[8 * m], ks = sign * spring[8 * m + 1];
     const double *normal = spring, *shear = spring + 4 * m;
     for (int x = 0; x < 2; x++) {
         const double across = kn * normal[2 * i + x], along = ks * shear[2 * i + x];
-        for (int j = 0; j < 4 * m; j++)
-            row[4 * m * x + j] += across * normal[j] + along * shear[j];
+        for (int j = 0; j < 4 * m; j++) {
+            const double old = more ? row[4 * m * x + j] : 0;
+            row[4 * m * x + j] = old + (across * normal[j] + along * shear[j]);
+        }
     }
 }
 
@@ -289,35 +292,71 @@ static void weigh_row(const nmm_system *system, const nmm_model *model, int q, i
     }
 }
 
-// Puts the spring at place p of couple q in (sign 1) or takes it out (sign -1).
-static void change_spring(nmm_system *system, const nmm_model *model, int q, int p, double sign) {
-    const int m = model->n_local;
-    if (system->spring_mode[p] == NMM_SPRING_OPEN) return;
-    const double *spring = spring_of(system, p, m);
+// Blocks of couple q in the matrix lie far apart: they are asked for before they are needed.
+static inline void fetch_blocks(const nmm_system *system, int q, int m) {
+    const int *slot = system->couples.slot + 4 * m * m * (long)q;
+    for (int k = 0; k < 4 * m * m; k += m) {
+        const double *block = system->K.value + 4 * (long)slot[k];
+        for (int i = 0; i < 4 * m; i += 8)
+            __builtin_prefetch(block + i, 1);
+    }
+}
+
+// Puts `now` in and takes `before` out, springs of couple q; NULL: none.
+static inline void change_spring(nmm_system *system, const nmm_model *model, int q, int m,
+                                 const double *before, const double *now) {
     for (int i = 0; i < 2 * m; i++) {
         double row[8 * NMM_MOST_LOCAL];
-        memset(row, 0, 8 * (size_t)m * sizeof *row);
-        add_spring(spring, i, sign, m, row);
+        if (before != NULL) add_spring(before, i, -1, false, m, row);
+        if (now != NULL) add_spring(now, i, 1, before != NULL, m, row);
         if (system->weight != NULL) weigh_row(system, model, q, i, m, row);
         put_row(system, q, i, m, row);
     }
 }
 
+// The spring at place p of couple q becomes one of the mode that is asked for.
+static void follow_mode(nmm_system *system, const nmm_model *model, const nmm_state *state, int q,
+                        int p) {
+    const int m = model->n_local;
+    const bool was_open = system->spring_mode[p] == NMM_SPRING_OPEN;
+    double kept[8 * NMM_MOST_LOCAL + 2];
+    fetch_blocks(system, q, m);
+    const double *now = spring_of(system, p, m), *before = was_open ? NULL : kept;
+    if (!was_open) memcpy(kept, now, (size_t)nmm_spring_size(m) * sizeof *kept);
+    system->spring_mode[p] = next_mode(system->spring_mode[p], system->mode[p]);
+    if (system->spring_mode[p] == NMM_SPRING_OPEN)
+        now = NULL;
+    else
+        make_spring(system, model, state, q, p);
+    if (m == 3)
+        change_spring(system, model, q, 3, before, now);
+    else
+        change_spring(system, model, q, m, before, now);
+}
+
+// The first place from i on where two lists of n modes differ; n: none.
+static int next_other(const unsigned char *a, const unsigned char *b, int i, int n) {
+    uint64_t x, y;
+    for (; i + 8 <= n; i += 8) {
+        memcpy(&x, a + i, sizeof x);
+        memcpy(&y, b + i, sizeof y);
+        if (x != y) break;
+    }
+    while (i < n && a[i] == b[i])
+        i += 1;
+    return i;
+}
+
 // Serial: few change, and two of them may meet in one block.
 static bool change_springs(nmm_system *system, const nmm_model *model, const nmm_state *state) {
     const nmm_couples *couples = &system->couples;
+    const int n = state->n_contact;
     bool changed = false;
-    for (int q = 0; q < couples->n; q++) {
-        for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-            const unsigned char now = system->mode[couples->order[p] / 2];
-            if (now == system->spring_mode[p]) continue;
-            const unsigned char mode = next_mode(system->spring_mode[p], now);
-            change_spring(system, model, q, p, -1);
-            system->spring_mode[p] = mode;
-            if (mode != NMM_SPRING_OPEN) make_spring(system, model, state, q, p);
-            change_spring(system, model, q, p, 1);
-            changed = true;
-        }
+    for (int p = 0, q = 0; (p = next_other(system->mode, system->spring_mode, p, n)) < n; p++) {
+        while (couples->start[q + 1] <= p)
+            q += 1;
+        follow_mode(system, model, state, q, p);
+        changed = true;
     }
     return changed;
 }
@@ -395,29 +434,50 @@ static void add_term(nmm_system *system, const nmm_model *model, const nmm_conta
         system->coupling.pull[2 * at + i] = stiffness * spring[i];
 }
 
-// Is a cover of couple q one of those asked for?
-static bool asked_for(const nmm_system *system, const nmm_model *model, int q, const int *place) {
-    int cover[2 * NMM_MOST_LOCAL] = {0};
-    nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
-    for (int i = 0; i < 2 * model->n_local; i++)
-        if (place[cover[i]] >= 0) return true;
+// The terms of couple q.
+static void add_terms(nmm_system *system, const nmm_model *model, const nmm_state *state, int q) {
+    const nmm_couples *couples = &system->couples;
+    for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
+        if (!slides(system->spring_mode[p])) continue;
+        const nmm_contact *contact = &state->contact[couples->order[p] / 2];
+        if (contact->normal_force > 0) add_term(system, model, contact, q, p);
+    }
+}
+
+static bool any_slides(const nmm_system *system, int q) {
+    const nmm_couples *couples = &system->couples;
+    for (int p = couples->start[q]; p < couples->start[q + 1]; p++)
+        if (slides(system->spring_mode[p])) return true;
     return false;
 }
 
+// Is cover i of couple q its first one in the part?
+static bool comes_first(const nmm_system *system, const nmm_model *model, int q, int i,
+                        const nmm_rows *part) {
+    const int m = model->n_local, *element = system->couples.element + 2 * (long)q;
+    // The one before it most likely is in the part, too.
+    for (int j = i - 1; j >= 0; j--)
+        if (part->place[model->element_cover[m * (long)element[j / m] + j % m]] >= 0) return false;
+    return true;
+}
+
 nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
-                             const nmm_state *state, const int *place) {
+                             const nmm_state *state, const nmm_rows *part) {
     const nmm_couples *couples = &system->couples;
+    const int n_side = 2 * model->n_local;
     int n = 0;
     for (int p = 0; p < state->n_contact; p++)
         n += slides(system->spring_mode[p]);
     TRY(grow_coupling(context, system, n, model->n_local));
     system->coupling.n = 0;
-    for (int q = 0; q < couples->n && n > 0; q++) {
-        if (place != NULL && !asked_for(system, model, q, place)) continue;
-        for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-            const int k = couples->order[p] / 2;
-            if (slides(system->spring_mode[p]) && state->contact[k].normal_force > 0)
-                add_term(system, model, &state->contact[k], q, p);
+    for (int q = 0; q < couples->n && n > 0 && part == NULL; q++)
+        add_terms(system, model, state, q);
+    for (int r = 0; part != NULL && r < part->n && n > 0; r++) {
+        const int c = part->row[r];
+        for (int k = couples->cover_start[c]; k < couples->cover_start[c + 1]; k++) {
+            const int q = couples->cover_couple[k] / n_side, i = couples->cover_couple[k] % n_side;
+            if (any_slides(system, q) && comes_first(system, model, q, i, part))
+                add_terms(system, model, state, q);
         }
     }
     return NMM_OK;
@@ -438,18 +498,22 @@ static void add_caught(nmm_system *system, const nmm_model *model, const nmm_con
         system->caught[2 * cover[i / 2] + i % 2] += (sticking - contact->shear_force) * shear[i];
 }
 
+// The first caught place from p on; n: none.
+static int next_caught(const unsigned char *mode, int p, int n) {
+    const unsigned char *found =
+        p < n ? memchr(mode + p, NMM_SPRING_CAUGHT, (size_t)(n - p)) : NULL;
+    return found != NULL ? (int)(found - mode) : n;
+}
+
 bool nmm_system_catch(nmm_system *system, const nmm_model *model, const nmm_state *state) {
     const nmm_couples *couples = &system->couples;
-    bool any = false;
-    for (int q = 0; q < couples->n; q++) {
-        for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-            if (system->spring_mode[p] != NMM_SPRING_CAUGHT) continue;
-            if (!any)
-                memcpy(system->caught, system->residual,
-                       2 * (size_t)model->n_cover * sizeof *system->caught);
-            add_caught(system, model, &state->contact[couples->order[p] / 2], q, p);
-            any = true;
-        }
+    const int n = state->n_contact, first = next_caught(system->spring_mode, 0, n);
+    if (first == n) return false;
+    memcpy(system->caught, system->residual, 2 * (size_t)model->n_cover * sizeof *system->caught);
+    for (int p = first, q = 0; p < n; p = next_caught(system->spring_mode, p + 1, n)) {
+        while (couples->start[q + 1] <= p)
+            q += 1;
+        add_caught(system, model, &state->contact[couples->order[p] / 2], q, p);
     }
-    return any;
+    return true;
 }

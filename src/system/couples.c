@@ -22,8 +22,8 @@ static bool same_contacts(const nmm_couples *couples, const nmm_state *state) {
 }
 
 static nmm_status grow_contacts(nmm_context *context, nmm_couples *couples, int n) {
-    int capacity[6];
-    for (int i = 0; i < 6; i++)
+    int capacity[7];
+    for (int i = 0; i < 7; i++)
         capacity[i] = couples->contact_capacity;
     // One more, for the end of the last couple.
     TRY(nmm_grow(context, &couples->identity, &capacity[0], n + 1, 2 * sizeof(int)));
@@ -32,6 +32,7 @@ static nmm_status grow_contacts(nmm_context *context, nmm_couples *couples, int 
     TRY(nmm_grow(context, &couples->key, &capacity[3], n + 1, 2 * sizeof(int)));
     TRY(nmm_grow(context, &couples->element, &capacity[4], n + 1, 2 * sizeof(int)));
     TRY(nmm_grow(context, &couples->start, &capacity[5], n + 1, sizeof(int)));
+    TRY(nmm_grow(context, &couples->place, &capacity[6], n + 1, sizeof(int)));
     couples->contact_capacity = capacity[0];
     return NMM_OK;
 }
@@ -115,6 +116,7 @@ static void start_couples(nmm_couples *couples, const nmm_model *model, int n_co
             if (compare_keys(couples->key + 2 * (long)k, element) != 0) break;
             const int of_vertex = model->edge_element[couples->identity[2 * k]];
             couples->order[p] = 2 * k + (of_vertex != element[0]);
+            couples->place[k] = p;
         }
     }
     couples->start[couples->n] = n_contact;
@@ -160,6 +162,7 @@ void nmm_couples_destroy(nmm_context *context, nmm_couples *couples) {
         &couples->key,           &couples->element,      &couples->start,
         &couples->slot,          &couples->vertex_start, &couples->edge_start,
         &couples->element_start, &couples->cover_start,  &couples->cover_couple,
+        &couples->place,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);

@@ -191,7 +191,8 @@ static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_
         double *pull = system->pull + 6 * (long)k;
         const nmm_contact *contact = &state->contact[k];
         const bool back = contact->mode == NMM_CONTACT_SLIDE && contact->shear_force < 0;
-        system->mode[k] = back ? NMM_SPRING_SLIDE_BACK : (unsigned char)contact->mode;
+        system->mode[system->couples.place[k]] =
+            back ? NMM_SPRING_SLIDE_BACK : (unsigned char)contact->mode;
         if (contact->mode == NMM_CONTACT_OPEN)
             memset(pull, 0, 6 * sizeof *pull);
         else

@@ -22,6 +22,7 @@ typedef struct nmm_couples {
     int n_contact, contact_capacity;
     int *identity; // [n_contact][2] vertex, edge of the list these follow from
     int *order;    // [n_contact] 2 * contact + (the vertex is on the second element), by couple
+    int *place;    // [n_contact] of a contact in `order`
     int *by_edge;  // [n_contact] contacts by their edge, ascending
     int *key;      // [n_contact][2] elements, smaller number first; scratch
 
@@ -95,7 +96,7 @@ typedef struct nmm_system {
     double *acceleration;  // [n_cover][2] m/s2, damping included
     double *load;          // [n_cover][2] N
     double *support_force; // [n_support][2] N
-    unsigned char *mode;   // [n_contact] nmm_spring_mode that is asked for
+    unsigned char *mode;   // [n_contact] nmm_spring_mode that is asked for, by couple
     double *pull;          // [n_contact][3][2] N on the vertex and on the ends of the edge
     double *edge_force;    // [n_vertex][2][2] N, contact forces on the ends of a loop edge; NULL:
     double *contact_force; // [n_cover][2] N       no contact so far
@@ -139,6 +140,13 @@ typedef struct nmm_step_state {
 typedef struct nmm_items {
     int n, *item;
 } nmm_items;
+
+/// Some rows of the system.
+typedef struct nmm_rows {
+    int n;
+    const int *row;   // [n] ascending
+    const int *place; // [n_cover] of each row in that list, -1: not in it
+} nmm_rows;
 
 /// What a move of some covers touches; lists are scratch of the last nmm_touched_by.
 typedef struct nmm_touched {
@@ -189,10 +197,9 @@ bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const n
                          const nmm_state *state, double h, bool anew);
 
 /// system->coupling: what K leaves out, the change of friction with the pressure of contacts that
-/// slide. Belongs to K as it is. `place` [n_cover]: only contacts of covers where that is not
-/// negative; NULL: of all.
+/// slide. Belongs to K as it is. `part`: only contacts of these rows; NULL: of all.
 nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm_model *model,
-                             const nmm_state *state, const int *place);
+                             const nmm_state *state, const nmm_rows *part);
 
 /// Are there springs of caught contacts in K? Then system->caught is the residual with the forces
 /// that these would have if they stuck: what a solve for it moves is exact where they do.

@@ -204,7 +204,7 @@ static void test_waves_keep_the_order_of_neighbours(void **unused) {
             assert_true(x.lumps.before[k] < i);
             assert_true(x.lumps.order[x.lumps.before[k]] < x.lumps.order[i]);
         }
-        for (int k = x.lumps.behind_start[i]; k < x.lumps.behind_start[i + 1]; k++) {
+        for (int k = x.lumps.behind_start[i + 1]; k < x.lumps.behind_start[i]; k++) {
             assert_true(x.lumps.behind[k] > i);
             assert_true(x.lumps.order[x.lumps.behind[k]] > x.lumps.order[i]);
         }
@@ -285,6 +285,51 @@ static void test_directions_become_orthogonal(void **unused) {
     }
 }
 
+// Numbers that are taken again: those that a first take would find.
+static void assert_as_fresh(fixture *x) {
+    enum { MOST = 48 * N * N };
+    static float before[MOST], behind[MOST], inverse[48 * N];
+    nmm_lumps *lumps = &x->lumps;
+    const size_t n_before = 48 * (size_t)lumps->before_start[N] * sizeof(float);
+    const size_t n_behind = 48 * (size_t)lumps->behind_start[0] * sizeof(float);
+    assert_true(n_before > 0 && n_before <= sizeof before && n_behind <= sizeof behind);
+    memcpy(before, lumps->before_value, n_before);
+    memcpy(behind, lumps->behind_value, n_behind);
+    memcpy(inverse, lumps->inverse, sizeof inverse);
+    memset(lumps->own, 0, 36 * N * sizeof *lumps->own);
+    assert_true(nmm_lumps_fastest()->take(lumps, &x->system.K));
+    assert_memory_equal(before, lumps->before_value, n_before);
+    assert_memory_equal(behind, lumps->behind_value, n_behind);
+    assert_memory_equal(inverse, lumps->inverse, sizeof inverse);
+}
+
+static void test_takes_again_what_has_changed(void **unused) {
+    (void)unused;
+    static fixture x;
+    set_up(&x, 2);
+    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_as_fresh(&x);
+    // Other scales of one lump are those of the blocks beside it.
+    for (int i = 0; i < 3; i++) {
+        double *block = x.system.K.value + 4 * (long)x.system.K.diagonal[3 * 7 + i];
+        block[0] *= 64;
+        block[3] *= 64;
+    }
+    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_as_fresh(&x);
+    // What was found before a take failed counts as well.
+    double *first = x.system.K.value + 4 * (long)x.system.K.diagonal[3 * x.lumps.order[0]];
+    double *last = x.system.K.value + 4 * (long)x.system.K.diagonal[3 * x.lumps.order[N - 1]];
+    const double was = last[0];
+    first[0] *= 64;
+    last[0] = -was;
+    assert_false(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    last[0] = was;
+    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_as_fresh(&x);
+    tear_down(&x);
+}
+
 static void test_names_a_block_that_is_not_positive(void **unused) {
     (void)unused;
     static fixture x;
@@ -305,6 +350,7 @@ int main(void) {
         cmocka_unit_test(test_waves_keep_the_order_of_neighbours),
         cmocka_unit_test(test_same_bits_on_any_processor),
         cmocka_unit_test(test_directions_become_orthogonal),
+        cmocka_unit_test(test_takes_again_what_has_changed),
         cmocka_unit_test(test_names_a_block_that_is_not_positive),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
