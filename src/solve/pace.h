@@ -13,7 +13,8 @@
 typedef struct nmm_pace {
     double seconds[2];
     int tried[2];
-    int solves;
+    int since; // solves since the slower way was tried
+    int tries; // of the slower way since it is that; those of a much slower one count twice
 } nmm_pace;
 
 /// Shall the next solve use all threads?
