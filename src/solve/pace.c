@@ -18,10 +18,6 @@
 #define TRIES_SERIAL 1
 #define TRIES_SHARED 2
 
-// A solve is taken for no slower than this many times what was known: whatever else runs may hold
-// up one of them for any time.
-#define SLOWEST 2
-
 // Iterations that everything before and after them is worth.
 #define FRAME 10
 
@@ -48,7 +44,7 @@ void nmm_pace_note(nmm_pace *pace, bool shared, int iterations, double seconds) 
     const double now = seconds / (iterations + FRAME);
     // Quickly down, slowly up: what disturbs a solve only makes it slower.
     const bool better = pace->tried[shared] == 0 || now < *known;
-    *known = better ? now : 0.8 * *known + 0.2 * nmm_min(now, SLOWEST * *known);
+    *known = better ? now : 0.8 * *known + 0.2 * now;
     pace->tried[shared] += pace->tried[shared] < TRIES_SHARED;
     if (is_faster_shared(pace) != shares) pace->since = pace->tries = 0;
 }
