@@ -280,10 +280,13 @@ static nmm_status build_base_motion(nmm_builder *b) {
 
 // --- Supports
 
+// A block by itself is one that is meant to fall.
 static nmm_status warn_of_fall(nmm_builder *b) {
     const nmm_vec2 g = b->scene->gravity;
     const bool held = raw_given(&b->raw->head, "supports") && b->raw->supports.n > 0;
-    if (held || raw_given(&b->raw->head, "base_motion") || (g.x == 0 && g.y == 0)) return NMM_OK;
+    const bool alone = raw_given(&b->raw->head, "blocks") && b->raw->blocks.n == 1;
+    if (held || alone || raw_given(&b->raw->head, "base_motion") || (g.x == 0 && g.y == 0))
+        return NMM_OK;
     return nmm_scene_warn(b->reader->context, b->scene, b->raw->head.node->mark,
                           "no supports: nothing is held, and gravity moves all that is there");
 }

@@ -339,6 +339,8 @@ class Results(Case):
   - {polygon: [[0, 0], [1, 0], [1, 1], [0, 1]], material: rock}
 joints:
   - {polyline: [[-1, 0.3], [0.6, 0.37]]}
+supports:
+  - {segment: [[0, 0], [1, 0]], fix: xy}
 """ + FALL[start[1]:])
         size = ["--set", "covers.size=0.25"]
         _, err = self.expect(0, "check", "fall.yaml", *size)

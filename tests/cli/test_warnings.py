@@ -128,6 +128,10 @@ class Warnings(Case):
         self.check(SQUARE, 1, "no supports", "gravity moves all")
         self.silent(SOFT)
         self.silent(SQUARE + "gravity: [0, 0]\n")
+        stone = "blocks:\n  - {polygon: [[0, 0], [1, 0], [1, 1], [0, 1]], material: rock}\n"
+        self.silent(stone)
+        self.check(stone + stone[len("blocks:\n"):].replace("[0, ", "[2, ").replace("[1, ", "[3, "), 1,
+                   "no supports")
 
     # 26 kN/m3, 2.6 t/m3 and 5 GPa without their units.
     def test_numbers_without_their_units(self):
