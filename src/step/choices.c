@@ -29,10 +29,10 @@ static void say(text *out, const char *format, ...) {
 typedef struct feature {
     const char *name;
     bool on;
+    int unknowns;               // where it is off: more of them
     const char *if_on, *if_off; // of what costs nothing, `if_off` says why
     double bytes, seconds;      // what it takes or would take; 0: nothing
     const char *each;           // where it is off: what the bytes are for, NULL: all of it
-    int unknowns;               // where it is off: more of them
 } feature;
 
 static void say_bytes(text *out, double bytes) {
@@ -95,14 +95,15 @@ static void say_order(text *out, const nmm_sim *sim) {
     char ties[64];
     snprintf(ties, sizeof ties, "%d slivers are tied to their neighbours", model->n_tie);
     const feature list[] = {
-        {"curved elements", curved, "covers.order above 0: strain varies within elements",
+        {"curved elements", curved, costs->curved_unknowns,
+         "covers.order above 0: strain varies within elements",
          model->whole_blocks ? "whole blocks have linear functions: there is no more to leave out"
                              : "linear functions, one strain for each element",
-         costs->curved_bytes, 0, " of elements against order 1", costs->curved_unknowns},
-        {"ties", model->n_tie > 0, ties,
+         costs->curved_bytes, 0, " of elements against order 1"},
+        {"ties", model->n_tie > 0, 0, ties,
          curved ? "no slivers of curved elements"
                 : "no curved elements: slivers of linear ones need none",
-         costs->tie_bytes, 0, NULL, 0},
+         costs->tie_bytes, 0, NULL},
     };
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         say_feature(out, &list[k], "");
@@ -119,20 +120,20 @@ static void say_contact(text *out, const nmm_sim *sim) {
                  "by further rounds of passes; shorter ones leave them to the penalty",
                  nmm_system_carrying_step(&sim->system, sim->model.n_cover));
     const feature list[] = {
-        {"contact", contact,
+        {"contact", contact, 0,
          "boundaries can meet: several blocks, a crack, or sides that face each other",
          "one block, no sides face each other: no search, no contact memory", costs->contact_bytes,
-         costs->contact_seconds, NULL, 0},
-        {"augmentation", augmented, raised,
+         costs->contact_seconds, NULL},
+        {"augmentation", augmented, 0, raised,
          contact ? "contact.method penalty: no further rounds of passes; it takes no memory"
                  : "no contact: nothing to leave out",
-         0, 0, NULL, 0},
-        {"bonds", has_bonds(&sim->model), "an interface has cohesion or tensile strength",
+         0, 0, NULL},
+        {"bonds", has_bonds(&sim->model), 0, "an interface has cohesion or tensile strength",
          contact ? "no interface has cohesion or tensile strength, which saves nothing: each "
                    "contact has "
                    "room for it"
                  : "no contact: nothing to leave out",
-         0, 0, NULL, 0},
+         0, 0, NULL},
     };
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         say_feature(out, &list[k], "");
@@ -143,24 +144,23 @@ static void say_actions(text *out, const nmm_sim *sim) {
     const nmm_scene_settings *set = &sim->settings;
     const nmm_costs *costs = &sim->costs;
     const feature list[] = {
-        {"point supports", model->n_support > 0, "springs with carried forces",
-         "no point, segment or box is held", costs->support_bytes, 0, " for each point held", 0},
-        {"held covers", model->n_hold > 0, "removed from the system exactly",
-         "no whole block is held", costs->hold_bytes, 0, NULL, 0},
-        {"loads", model->n_load > 0, "in the scene", "none in the scene", costs->load_bytes, 0,
-         " for each point loaded", 0},
-        {"base motion", model->base_motion.n > 0, "in the scene",
-         "none in the scene: it is added to gravity, which costs nothing", 0, 0, NULL, 0},
-        {"initial stress", sim->scene.initial.kind != NMM_INITIAL_NONE, "in the scene",
+        {"point supports", model->n_support > 0, 0, "springs with carried forces",
+         "no point, segment or box is held", costs->support_bytes, 0, " for each point held"},
+        {"held covers", model->n_hold > 0, 0, "removed from the system exactly",
+         "no whole block is held", costs->hold_bytes, 0, NULL},
+        {"loads", model->n_load > 0, 0, "in the scene", "none in the scene", costs->load_bytes, 0,
+         " for each point loaded"},
+        {"base motion", model->base_motion.n > 0, 0, "in the scene",
+         "none in the scene: it is added to gravity, which costs nothing", 0, 0, NULL},
+        {"initial stress", sim->scene.initial.kind != NMM_INITIAL_NONE, 0, "in the scene",
          "none in the scene, which saves nothing: it is kept as zeros",
-         sim->scene.initial.kind != NMM_INITIAL_NONE ? costs->initial_bytes : 0, 0, NULL, 0},
-        {"damping", set->damping > 0, "analysis.damping",
-         "analysis.damping is 0: a factor on masses, which costs nothing", 0, 0, NULL, 0},
-        {"mean forces", set->newmark, "analysis.scheme newmark: the start of a step is kept",
-         "analysis.scheme shi: nothing of the start of a step is kept", costs->mean_bytes, 0, NULL,
-         0},
-        {"monitors", model->n_monitor > 0, "read at each step", "none in the scene",
-         costs->monitor_bytes, 0, " for each, and its reading at each step", 0},
+         sim->scene.initial.kind != NMM_INITIAL_NONE ? costs->initial_bytes : 0, 0, NULL},
+        {"damping", set->damping > 0, 0, "analysis.damping",
+         "analysis.damping is 0: a factor on masses, which costs nothing", 0, 0, NULL},
+        {"mean forces", set->newmark, 0, "analysis.scheme newmark: the start of a step is kept",
+         "analysis.scheme shi: nothing of the start of a step is kept", costs->mean_bytes, 0, NULL},
+        {"monitors", model->n_monitor > 0, 0, "read at each step", "none in the scene",
+         costs->monitor_bytes, 0, " for each, and its reading at each step"},
     };
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         say_feature(out, &list[k], "");
@@ -173,11 +173,11 @@ static void say_fields(text *out, const nmm_sim *sim) {
     const bool contact = sim->search != NULL;
     static const char on[] = "in output.fields: written", off[] = "not in output.fields";
     const feature list[] = {
-        {"displacement", set->out_displacement, on, off, costs->displacement_bytes, 0, NULL, 0},
-        {"velocity", set->out_velocity, on, off, costs->velocity_bytes, 0, NULL, 0},
-        {"stress", set->out_stress, on, off, costs->stress_bytes, 0, NULL, 0},
-        {"contacts", set->out_contact && contact, on,
-         contact ? off : "no contact: nothing to leave out", costs->contact_rows, 0, NULL, 0},
+        {"displacement", set->out_displacement, 0, on, off, costs->displacement_bytes, 0, NULL},
+        {"velocity", set->out_velocity, 0, on, off, costs->velocity_bytes, 0, NULL},
+        {"stress", set->out_stress, 0, on, off, costs->stress_bytes, 0, NULL},
+        {"contacts", set->out_contact && contact, 0, on,
+         contact ? off : "no contact: nothing to leave out", costs->contact_rows, 0, NULL},
     };
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         say_feature(out, &list[k], " a frame");

@@ -203,17 +203,15 @@ static void make_springs(nmm_system *system, const nmm_model *model, const nmm_s
     }
 }
 
-// The two rows of cover i of one spring, times `sign`, into row[2][2 m][2]; `more`: added to it.
-static inline void add_spring(const double *spring, int i, double sign, bool more, int m,
+// Adds the two rows of cover i of one spring, times `sign`, to row[2][2 m][2].
+static inline void add_spring(const double *spring, int i, double sign, int m,
                               double *restrict row) {
     const double kn = sign * spring[8 * m], ks = sign * spring[8 * m + 1];
     const double *normal = spring, *shear = spring + 4 * m;
     for (int x = 0; x < 2; x++) {
         const double across = kn * normal[2 * i + x], along = ks * shear[2 * i + x];
-        for (int j = 0; j < 4 * m; j++) {
-            const double old = more ? row[4 * m * x + j] : 0;
-            row[4 * m * x + j] = old + (across * normal[j] + along * shear[j]);
-        }
+        for (int j = 0; j < 4 * m; j++)
+            row[4 * m * x + j] += across * normal[j] + along * shear[j];
     }
 }
 
@@ -306,9 +304,9 @@ static inline void fetch_blocks(const nmm_system *system, int q, int m) {
 static inline void change_spring(nmm_system *system, const nmm_model *model, int q, int m,
                                  const double *before, const double *now) {
     for (int i = 0; i < 2 * m; i++) {
-        double row[8 * NMM_MOST_LOCAL];
-        if (before != NULL) add_spring(before, i, -1, false, m, row);
-        if (now != NULL) add_spring(now, i, 1, before != NULL, m, row);
+        double row[8 * NMM_MOST_LOCAL] = {0};
+        if (before != NULL) add_spring(before, i, -1, m, row);
+        if (now != NULL) add_spring(now, i, 1, m, row);
         if (system->weight != NULL) weigh_row(system, model, q, i, m, row);
         put_row(system, q, i, m, row);
     }
