@@ -304,8 +304,8 @@ static void end_early(nmm_sim *sim, nmm_try outcome, double h) {
     // Where there is a cause, the place of the contact says nothing more.
     if (clouded[0] != 0) why[strcspn(why, ":")] = 0;
     snprintf(report->reason, sizeof report->reason,
-             "dt would fall below dt_min = %.3g s (at %.3g s): %.160s%s", sim->settings.dt_min, h,
-             why, clouded);
+             "dt would fall below dt_min = %.3g s (at %.3g s): %.*s%s", sim->settings.dt_min, h,
+             clouded[0] != 0 ? 40 : 160, why, clouded);
     report->end = outcome == NMM_TRY_SOLVER ? NMM_END_SOLVER_FAILED : NMM_END_STEP_TOO_SMALL;
     sim->summary.end = report->end;
     snprintf(sim->summary.reason, sizeof sim->summary.reason, "%s", report->reason);
