@@ -118,6 +118,9 @@ def nudged(scene, part):
 
 
 def in_shorter_steps(scene):
+    """Steps of a third: of the time, or of the way that a search for equilibrium may go in one."""
+    if "time" not in scene:
+        return {**scene, "time": {"max_move": 0.01 / 3}}
     return {**scene, "time": {**scene["time"], "dt": scene["time"]["dt"] / 3}}
 
 
