@@ -89,6 +89,9 @@ nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *stat
 void nmm_contact_pull(const nmm_model *model, const nmm_state *state, const nmm_contact *contact,
                       double pull[6]);
 
+/// Has any interface a strength, so that contacts on it may be bonded?
+bool nmm_contact_may_bond(const nmm_model *model);
+
 /// Forces balance: bonds loaded beyond their strength break in this step, the most loaded ones
 /// first. Returns how many; then the passes go on.
 int nmm_contact_break(const nmm_model *model, nmm_state *state);

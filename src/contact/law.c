@@ -205,7 +205,7 @@ static double bond_load(const nmm_interface *law, const nmm_contact *c) {
     return nmm_max(tension, slip);
 }
 
-static bool may_bond(const nmm_model *model) {
+bool nmm_contact_may_bond(const nmm_model *model) {
     for (int i = 0; i < model->n_interface; i++)
         if (model->interface[i].cohesion > 0 || model->interface[i].tensile_strength > 0)
             return true;
@@ -214,7 +214,7 @@ static bool may_bond(const nmm_model *model) {
 
 int nmm_contact_break(const nmm_model *model, nmm_state *state) {
     double worst = 0;
-    if (!may_bond(model)) return 0;
+    if (!nmm_contact_may_bond(model)) return 0;
     for (int k = 0; k < state->n_contact; k++) {
         const nmm_contact *c = &state->contact[k];
         if (!c->bonded || c->breaking) continue;

@@ -79,14 +79,6 @@ static void say_numbers(text *out, const nmm_sim *sim) {
     }
 }
 
-static bool has_bonds(const nmm_model *model) {
-    for (int k = 0; k < model->n_interface; k++) {
-        if (model->interface[k].cohesion > 0 || model->interface[k].tensile_strength > 0)
-            return true;
-    }
-    return false;
-}
-
 // What the order of the covers brings along.
 static void say_order(text *out, const nmm_sim *sim) {
     const nmm_model *model = &sim->model;
@@ -128,7 +120,8 @@ static void say_contact(text *out, const nmm_sim *sim) {
          contact ? "contact.method penalty: no further rounds of passes; it takes no memory"
                  : "no contact: nothing to leave out",
          0, 0, NULL},
-        {"bonds", has_bonds(&sim->model), 0, "an interface has cohesion or tensile strength",
+        {"bonds", nmm_contact_may_bond(&sim->model), 0,
+         "an interface has cohesion or tensile strength",
          contact ? "no interface has cohesion or tensile strength, which saves nothing: each "
                    "contact has "
                    "room for it"
