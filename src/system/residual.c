@@ -182,6 +182,26 @@ void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_
 
 // --- Contacts
 
+// Would springs that hold gap and slip of the contact hold no more than what may be left of the
+// forces of its blocks? Then its mode is a matter of what the last solve left.
+static bool only_touches(const nmm_system *system, const nmm_model *model, const nmm_contact *c) {
+    const double a = system->allowed[model->vertex_block[c->vertex]];
+    const double b = system->allowed[model->vertex_block[c->edge]];
+    // What is held asks for nothing.
+    const double least = a > 0 && b > 0 ? nmm_min(a, b) : nmm_max(a, b);
+    const double N = c->carried_normal - c->normal_stiffness * (c->gap - c->rest);
+    const double T = c->carried_shear - c->shear_stiffness * c->slip;
+    return fabs(N) < least && fabs(T) < least;
+}
+
+// By its mode; what only touches is held, as any mode balances there and this one moves least.
+static nmm_spring_mode spring_mode_of(const nmm_system *system, const nmm_model *model,
+                                      const nmm_contact *c) {
+    if (only_touches(system, model, c)) return NMM_SPRING_STICK;
+    const bool back = c->mode == NMM_CONTACT_SLIDE && c->shear_force < 0;
+    return back ? NMM_SPRING_SLIDE_BACK : (nmm_spring_mode)c->mode;
+}
+
 static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
                           const nmm_items *list, int n_thread) {
     const int n = list != NULL ? list->n : state->n_contact;
@@ -190,9 +210,8 @@ static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_
         const int k = list != NULL ? list->item[i] : i;
         double *pull = system->pull + 6 * (long)k;
         const nmm_contact *contact = &state->contact[k];
-        const bool back = contact->mode == NMM_CONTACT_SLIDE && contact->shear_force < 0;
         system->mode[system->couples.place[k]] =
-            back ? NMM_SPRING_SLIDE_BACK : (unsigned char)contact->mode;
+            (unsigned char)spring_mode_of(system, model, contact);
         if (contact->mode == NMM_CONTACT_OPEN)
             memset(pull, 0, 6 * sizeof *pull);
         else
