@@ -182,8 +182,8 @@ void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_
 
 // --- Contacts
 
-static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
-                          const nmm_items *list, int n_thread) {
+static void contacts_pass(nmm_system *system, const nmm_state *state, const nmm_items *list,
+                          int n_thread) {
     const int n = list != NULL ? list->n : state->n_contact;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int i = 0; i < n; i++) {
@@ -196,7 +196,7 @@ static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_
         if (contact->mode == NMM_CONTACT_OPEN)
             memset(pull, 0, 6 * sizeof *pull);
         else
-            nmm_contact_pull(model, state, contact, pull);
+            nmm_contact_pull(contact, pull);
     }
 }
 
@@ -298,7 +298,7 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
     acceleration_pass(system, model, state, step);
     supports_pass(system, model, state, step->end);
     if (state->n_contact > 0) {
-        contacts_pass(system, model, state, touched != NULL ? &touched->contact : NULL, n_thread);
+        contacts_pass(system, state, touched != NULL ? &touched->contact : NULL, n_thread);
         edges_pass(system, model, touched != NULL ? &touched->edge : NULL, n_thread);
     }
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
