@@ -98,42 +98,53 @@ static bool measure(const nmm_model *model, const nmm_state *state, nmm_contact 
 
 // For elements with m functions; a constant m makes straight code of it.
 static inline void fill_row(const nmm_model *model, const nmm_state *state,
-                            const nmm_contact *contact, int m, nmm_contact_row *row) {
+                            const nmm_contact *contact, int m, nmm_derivatives to) {
     const int v = contact->vertex, k = contact->edge;
     const nmm_edge_line e = nmm_edge_line_of(model, state, k);
     const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, v), e.p);
     const double a = nmm_vec2_dot(e.t, off) / e.length;
-    const double turn = nmm_vec2_dot(e.n, off) / e.length;
+    const double turn = nmm_vec2_dot(e.n, off) / e.length, b = contact->anchor;
     const double *wv = model->edge_weight + 2 * m * (long)v;
     const double *we = model->edge_weight + 2 * m * (long)k;
-    const int *cv = model->element_cover + m * (long)model->edge_element[v];
-    const int *ce = model->element_cover + m * (long)model->edge_element[k];
     for (int i = 0; i < m; i++) {
-        row->cover[i] = cv[i];
-        row->cover[m + i] = ce[i];
-        row->normal[i][0] = wv[i] * e.n.x;
-        row->normal[i][1] = wv[i] * e.n.y;
-        row->shear[i][0] = wv[i] * e.t.x;
-        row->shear[i][1] = wv[i] * e.t.y;
+        const double at_vertex = wv[i], at_start = we[i], at_end = we[m + i];
+        to.normal[0][2 * i] = at_vertex * e.n.x;
+        to.normal[0][2 * i + 1] = at_vertex * e.n.y;
+        to.shear[0][2 * i] = at_vertex * e.t.x;
+        to.shear[0][2 * i + 1] = at_vertex * e.t.y;
         // d gap = n . (dp0 - (1 - a) dp1 - a dp2): exact, the turn of n included.
-        const double at_foot = (1 - a) * we[i] + a * we[m + i];
-        row->normal[m + i][0] = -at_foot * e.n.x;
-        row->normal[m + i][1] = -at_foot * e.n.y;
+        const double at_foot = (1 - a) * at_start + a * at_end;
+        to.normal[1][2 * i] = -at_foot * e.n.x;
+        to.normal[1][2 * i + 1] = -at_foot * e.n.y;
         // d slip = t . (dp0 - (1 - b) dp1 - b dp2) + g/L n . (dp2 - dp1), b the anchor.
-        const double at_anchor = (1 - contact->anchor) * we[i] + contact->anchor * we[m + i];
-        const double turned = turn * (we[m + i] - we[i]);
-        row->shear[m + i][0] = -at_anchor * e.t.x + turned * e.n.x;
-        row->shear[m + i][1] = -at_anchor * e.t.y + turned * e.n.y;
+        const double at_anchor = (1 - b) * at_start + b * at_end;
+        const double turned = turn * (at_end - at_start);
+        to.shear[1][2 * i] = -at_anchor * e.t.x + turned * e.n.x;
+        to.shear[1][2 * i + 1] = -at_anchor * e.t.y + turned * e.n.y;
     }
+}
+
+void nmm_contact_derive(const nmm_model *model, const nmm_state *state, const nmm_contact *contact,
+                        nmm_derivatives to) {
+    if (model->n_local == 3)
+        fill_row(model, state, contact, 3, to);
+    else
+        fill_row(model, state, contact, model->n_local, to);
 }
 
 nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
                                    const nmm_contact *contact) {
+    const int m = model->n_local;
+    const int *cv = model->element_cover + m * (long)model->edge_element[contact->vertex];
+    const int *ce = model->element_cover + m * (long)model->edge_element[contact->edge];
     nmm_contact_row row;
-    if (model->n_local == 3)
-        fill_row(model, state, contact, 3, &row);
-    else
-        fill_row(model, state, contact, model->n_local, &row);
+    for (int i = 0; i < m; i++) {
+        row.cover[i] = cv[i];
+        row.cover[m + i] = ce[i];
+    }
+    nmm_contact_derive(
+        model, state, contact,
+        (nmm_derivatives){{row.normal[0], row.normal[m]}, {row.shear[0], row.shear[m]}});
     return row;
 }
 

@@ -44,19 +44,28 @@ typedef union both_lanes {
 
 // --- Diagonal blocks
 
+// Lane c of *v becomes x, without a way through memory where c is a constant.
+static inline __attribute__((always_inline)) void put(wide_lanes *v, int c, double x) {
+    const wide_lanes all = {x, x, x, x};
+    if (c == 0) *v = __builtin_shufflevector(*v, all, 4, 1, 2, 3);
+    if (c == 1) *v = __builtin_shufflevector(*v, all, 0, 4, 2, 3);
+    if (c == 2) *v = __builtin_shufflevector(*v, all, 0, 1, 4, 3);
+    if (c == 3) *v = __builtin_shufflevector(*v, all, 0, 1, 2, 4);
+}
+
 // One pivot of Gauss and Jordan on a 6x6 block, rows of 8 in registers: as long as k is a constant.
 // The pivot's column becomes that of the inverse.
 static inline __attribute__((always_inline)) bool eliminate(wide_lanes row[6][2], int k) {
     const wide_lanes zero = {0, 0, 0, 0};
     const int h = k / 4, c = k % 4;
     const double diagonal = row[k][h][c], inverse = 1 / diagonal;
-    row[k][h][c] = 1;
+    put(&row[k][h], c, 1);
     row[k][0] *= inverse;
     row[k][1] *= inverse;
     for (int i = 0; i < 6; i++) {
         if (i == k) continue;
         const wide_lanes factor = row[i][h][c] - zero;
-        row[i][h][c] = 0;
+        put(&row[i][h], c, 0);
         row[i][0] -= factor * row[k][0];
         row[i][1] -= factor * row[k][1];
     }
