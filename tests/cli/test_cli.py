@@ -562,7 +562,11 @@ class Systems(Case):
         for rung in result["break_even"]["measured"]:
             self.assertGreater(rung["host_auto_seconds"], 0)
             self.assertRegex(rung["host_auto"], "^(direct|pcg, (cover|cluster|body))$")
+        self.assertEqual((result["break_even"]["failed"], result["host"]["reason"]), (None, ""))
         self.expect(0, "compare", "fall.yaml", "--steps", "3", out="equal in every bit")
+        self.expect(1, "compare", "fall.yaml", "--set", "solver.method=pcg", "--set",
+                    "solver.max_iterations=1", "--set", "time.dt_min=9e-4", out="target: ended early",
+                    err="host and target agree and ended early, solver_failed: dt would fall")
 
 
 class Readme(Case):
