@@ -103,7 +103,7 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
 
 // --- A new contact
 
-// Of two joints at a corner the one that holds less, whichever is listed first; -1: none.
+// Of two joints the one that holds less, whichever is listed first; -1: none.
 static int weaker_of(const nmm_model *model, int a, int b) {
     if (a < 0 || b < 0) return nmm_max_int(a, b);
     const nmm_interface *one = &model->interface[a], *other = &model->interface[b];
@@ -112,13 +112,14 @@ static int weaker_of(const nmm_model *model, int a, int b) {
     return one->normal_stiffness < other->normal_stiffness ? a : b;
 }
 
-// Of the joint that made the edge; else of the one that made the side which faces it, or a side of
-// the corner; else of none.
+// Of the joints that made the edge and the side which faces it, the one that holds less; at a
+// corner of the one that made the edge, else of those that made the sides of the corner; else of
+// none.
 static int interface_of(const nmm_model *model, const nmm_raw *raw) {
     const int of_edge = model->edge_interface[raw->edge];
-    if (of_edge >= 0) return of_edge;
     const int of_side = raw->corner ? -1 : model->edge_interface[raw->facing];
-    if (of_side >= 0) return of_side;
+    const int of_both = weaker_of(model, of_edge, of_side);
+    if (of_both >= 0) return of_both;
     const int after = model->edge_interface[raw->vertex];
     const int before = model->edge_interface[model->vertex_prev[raw->vertex]];
     return nmm_max_int(0, weaker_of(model, after, before));
