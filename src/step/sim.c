@@ -156,6 +156,7 @@ static nmm_status build(nmm_sim *sim, const nmm_sim_def *def) {
     TRY(choose_backend(sim, scene_says ? sim->settings.device : def->device));
     TRY(nmm_system_create(&sim->context, &sim->model, &sim->settings, &sim->system));
     TRY(nmm_balance_open(&sim->context, &sim->balance, &sim->model, &sim->system));
+    sim->system.allowed = sim->balance.allowed;
     TRY(allocate_start(sim));
     nmm_ledger_start(sim);
     return nmm_sim_describe(sim);

@@ -161,16 +161,17 @@ static double stiffest_contact(const nmm_sim *sim) {
     return stiffest;
 }
 
-// Is the rounding of displacements, in the springs of contacts, what a block is out of balance by,
-// or so much that no balance is certain?
+// Is the rounding of displacements, in the springs of contacts, what a block is out of balance by;
+// or, where all balance, so much that this is not certain?
 static bool clouds_balance(const nmm_sim *sim) {
     const double tolerance = sim->settings.tolerance;
-    if (nmm_balance_clouded(&sim->balance, NMM_CLOUDED, 1)) return true;
-    for (int b = 0; b < sim->balance.n_block; b++)
-        if (share_of(sim, b) > tolerance &&
-            nmm_balance_clouded_in(&sim->balance, b, tolerance, NMM_GAP_ROUNDING))
-            return true;
-    return false;
+    bool balances = true;
+    for (int b = 0; b < sim->balance.n_block; b++) {
+        if (share_of(sim, b) <= tolerance) continue;
+        balances = false;
+        if (nmm_balance_clouded_in(&sim->balance, b, tolerance, NMM_GAP_ROUNDING)) return true;
+    }
+    return balances && nmm_balance_clouded(&sim->balance, NMM_CLOUDED, 1);
 }
 
 void nmm_say_clouded(const nmm_sim *sim, char *text, size_t size) {

@@ -588,7 +588,6 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     // end.
     sim->system.pressed =
         motion_goes_on(sim) && sim->state.step > 0 && sim->system.cover_give == NULL;
-    sim->system.allowed = sim->balance.allowed;
     nmm_system_load(&sim->system, &sim->model, step.end);
     look_again(sim, &p, &step);
     while (*outcome == NMM_TRY_SETTLED) {
