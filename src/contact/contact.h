@@ -35,6 +35,11 @@ typedef struct nmm_contact_row {
     double shear[2 * NMM_MOST_LOCAL][2];  // d slip / d cover displacement
 } nmm_contact_row;
 
+/// Where derivatives go: of the covers of the vertex, then of those of the edge, [n_local][2] each.
+typedef struct nmm_derivatives {
+    double *normal[2], *shear[2];
+} nmm_derivatives;
+
 /// Modulus of a vertex and an edge in a row, their harmonic mean. Either edge at the vertex may be
 /// the one that faces the other block: on a border of materials `after` and `before` it differ.
 static inline double nmm_contact_modulus(double after, double before, double edge) {
@@ -84,10 +89,12 @@ nmm_contact_verdict nmm_contact_evaluate_some(const nmm_model *model, nmm_state 
 nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
                                    const nmm_contact *contact);
 
-/// Forces of the contact at state->position: pull[3][2] [N] on the vertex, on the start and on the
-/// end of the edge. With the weights of the covers there the same as the row times the forces.
-void nmm_contact_pull(const nmm_model *model, const nmm_state *state, const nmm_contact *contact,
-                      double pull[6]);
+/// The derivatives alone, at the last evaluation.
+void nmm_contact_derive(const nmm_model *model, const nmm_contact *contact, nmm_derivatives to);
+
+/// Forces of the contact at the last evaluation: pull[3][2] [N] on the vertex, on the start and on
+/// the end of the edge. With the weights of the covers there the same as the row times the forces.
+void nmm_contact_pull(const nmm_contact *contact, double pull[6]);
 
 /// Has any interface a strength, so that contacts on it may be bonded?
 bool nmm_contact_may_bond(const nmm_model *model);

@@ -103,7 +103,7 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
 
 // --- A new contact
 
-// Of two joints at a corner the one that holds less, whichever is listed first; -1: none.
+// Of two joints the one that holds less, whichever is listed first; -1: none.
 static int weaker_of(const nmm_model *model, int a, int b) {
     if (a < 0 || b < 0) return nmm_max_int(a, b);
     const nmm_interface *one = &model->interface[a], *other = &model->interface[b];
@@ -112,13 +112,14 @@ static int weaker_of(const nmm_model *model, int a, int b) {
     return one->normal_stiffness < other->normal_stiffness ? a : b;
 }
 
-// Of the joint that made the edge; else of the one that made the side which faces it, or a side of
-// the corner; else of none.
+// Of the joints that made the edge and the side which faces it, the one that holds less; at a
+// corner of the one that made the edge, else of those that made the sides of the corner; else of
+// none.
 static int interface_of(const nmm_model *model, const nmm_raw *raw) {
     const int of_edge = model->edge_interface[raw->edge];
-    if (of_edge >= 0) return of_edge;
     const int of_side = raw->corner ? -1 : model->edge_interface[raw->facing];
-    if (of_side >= 0) return of_side;
+    const int of_both = weaker_of(model, of_edge, of_side);
+    if (of_both >= 0) return of_both;
     const int after = model->edge_interface[raw->vertex];
     const int before = model->edge_interface[model->vertex_prev[raw->vertex]];
     return nmm_max_int(0, weaker_of(model, after, before));
@@ -143,36 +144,29 @@ static void set_springs(const nmm_contact_search *search, const nmm_model *model
     c->shear_stiffness = shear * length;
 }
 
-// All but its springs.
-static nmm_contact new_contact(const nmm_contact_search *search, const nmm_model *model,
-                               const nmm_raw *raw) {
-    nmm_contact c = {.vertex = raw->vertex, .edge = raw->edge, .length = raw->length};
-    c.spring_length = raw->spring_length;
-    c.interface = interface_of(model, raw);
-    c.gap = raw->gap;
+// Where a new contact has its anchor.
+static double anchor_of(const nmm_contact_search *search, const nmm_raw *raw) {
     const nmm_edge_line *e = &search->line[raw->edge];
-    c.anchor = nmm_vec2_dot(e->t, nmm_vec2_sub(search->line[raw->vertex].p, e->p)) / e->length;
-    return c;
+    return nmm_vec2_dot(e->t, nmm_vec2_sub(search->line[raw->vertex].p, e->p)) / e->length;
 }
 
 // --- History
 
 // Take over what `old` knew. Forces per length are kept; the slip too, so the anchor moves along.
-static void inherit(const nmm_contact_search *search, nmm_contact *c, const nmm_contact *old) {
-    const bool same = old->vertex == c->vertex && old->edge == c->edge;
-    nmm_contact next = *old;
-    next.vertex = c->vertex;
-    next.edge = c->edge;
+static void inherit(const nmm_contact_search *search, const nmm_model *model, const nmm_raw *raw,
+                    const nmm_contact *old, nmm_contact *c) {
+    *c = *old;
     if (!old->bonded) {
-        next.length = c->length;
-        next.spring_length = c->spring_length;
+        c->length = raw->length;
+        c->spring_length = raw->spring_length;
     }
-    if (!same) {
-        next.anchor = c->anchor - old->slip / search->line[c->edge].length;
-        next.interface = c->interface;
+    if (old->vertex != raw->vertex || old->edge != raw->edge) {
+        c->vertex = raw->vertex;
+        c->edge = raw->edge;
+        c->anchor = anchor_of(search, raw) - old->slip / search->line[raw->edge].length;
+        c->interface = interface_of(model, raw);
     }
-    nmm_contact_scale(&next, next.spring_length / old->spring_length);
-    *c = next;
+    nmm_contact_scale(c, c->spring_length / old->spring_length);
 }
 
 // A closed contact that a new one at the same place goes on from: its vertex has left its edge, and
@@ -222,16 +216,24 @@ const nmm_contact *nmm_contact_history(const nmm_narrowing *now, int vertex, int
     return left_of_two(now, nearer_end(now, edge, vertex), side, edge, -1);
 }
 
-static nmm_contact with_history(const nmm_contact_search *search, const nmm_model *model,
-                                const nmm_state *state, const nmm_raw *raw,
-                                const nmm_contact *old) {
-    nmm_contact c = new_contact(search, model, raw);
-    if (old != NULL)
-        inherit(search, &c, old);
-    else
-        c.rest = nmm_min(0, nmm_contact_gap(model, state, c.vertex, c.edge));
-    set_springs(search, model, &c);
-    return c;
+// Made where it is listed: a copy of what has just been written would be waited for.
+static void make_contact(const nmm_contact_search *search, const nmm_narrowing *now,
+                         const nmm_raw *raw, const nmm_contact *old, nmm_contact *c) {
+    const nmm_model *model = now->model;
+    if (old != NULL) {
+        inherit(search, model, raw, old, c);
+    } else {
+        memset(c, 0, sizeof *c);
+        c->vertex = raw->vertex;
+        c->edge = raw->edge;
+        c->length = raw->length;
+        c->spring_length = raw->spring_length;
+        c->interface = interface_of(model, raw);
+        c->gap = raw->gap;
+        c->anchor = anchor_of(search, raw);
+        c->rest = nmm_min(0, nmm_contact_gap(model, now->state, c->vertex, c->edge));
+    }
+    set_springs(search, model, c);
 }
 
 // --- Start of a run
@@ -318,7 +320,7 @@ static int make_list(nmm_contact_search *search, const nmm_narrowing *now, bool 
             order == 0 ? &state->contact[old++] : nmm_contact_history(now, raw->vertex, raw->edge);
         // A bond at the same place, kept under its own name, stands for this one.
         if (before != NULL && before->bonded && order != 0) continue;
-        search->next[n] = with_history(search, now->model, state, raw, before);
+        make_contact(search, now, raw, before, &search->next[n]);
         search->grows |= is_longer(&search->next[n], before);
         if (begins) begin_contact(now->model, state, raw, &search->next[n]);
         n += 1;

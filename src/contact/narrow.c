@@ -76,9 +76,14 @@ static bool comes_after(const nmm_raw *a, const nmm_raw *b) {
     return a->edge != b->edge ? a->edge > b->edge : a->length > b->length;
 }
 
+static void move_raw(nmm_raw *raw, int from, int to) {
+    if (from != to) raw[to] = raw[from];
+}
+
 // Insertion sort, then equal edges are added up; returns how many are left.
 static int merge_vertex(nmm_raw *raw, int n) {
     for (int i = 1; i < n; i++) {
+        if (!comes_after(&raw[i - 1], &raw[i])) continue;
         const nmm_raw moved = raw[i];
         int k = i;
         for (; k > 0 && comes_after(&raw[k - 1], &moved); k--)
@@ -95,7 +100,7 @@ static int merge_vertex(nmm_raw *raw, int n) {
             raw[kept - 1].corner = raw[kept - 1].corner && raw[i].corner;
             raw[kept - 1].beyond = nmm_min(raw[kept - 1].beyond, raw[i].beyond);
         } else {
-            raw[kept++] = raw[i];
+            move_raw(raw, i, kept++);
         }
     }
     return kept;
@@ -168,7 +173,7 @@ static int choose_sides(const nmm_narrowing *now, nmm_raw *raw, int n) {
     for (int i = 0; i < n; i++) {
         if (raw[i].dropped && raw[i].corner) continue;
         if (raw[i].dropped) raw[i].corner_length = 0;
-        raw[kept++] = raw[i];
+        move_raw(raw, i, kept++);
     }
     return kept;
 }
@@ -269,7 +274,7 @@ nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nm
         int count = merge_vertex(sorted + begin, end - begin);
         count = choose_sides(now, sorted + begin, count);
         for (int k = 0; k < count; k++)
-            sorted[kept + k] = sorted[begin + k];
+            move_raw(sorted, begin + k, kept + k);
         kept += count;
         begin = end;
     }

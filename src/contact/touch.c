@@ -17,6 +17,7 @@
 #include "search.h"
 
 #include <math.h>
+#include <string.h>
 
 static const nmm_edge_line *line_of(const nmm_narrowing *now, int e) {
     return &now->line[e];
@@ -96,15 +97,19 @@ static bool listed(const nmm_narrowing *now, const candidate *c) {
     return -c->gap <= c->room && inside_loop(now, c->edge, c->probe);
 }
 
-static void add_raw(nmm_narrowing *now, const candidate *c, nmm_raw raw) {
+// NULL: it is not listed, or there is no room for it.
+static nmm_raw *add_raw(nmm_narrowing *now, const candidate *c) {
     // The tip of a crack ends both edges there.
-    if (c->vertex == c->edge || c->vertex == nmm_vertex_behind(now, c->edge)) return;
-    if (!listed(now, c)) return;
-    raw.vertex = c->vertex;
-    raw.edge = c->edge;
-    raw.gap = c->gap;
-    if (now->n < now->room) now->out[now->n] = raw;
+    if (c->vertex == c->edge || c->vertex == nmm_vertex_behind(now, c->edge)) return NULL;
+    if (!listed(now, c)) return NULL;
     now->n += 1;
+    if (now->n > now->room) return NULL;
+    nmm_raw *raw = &now->out[now->n - 1];
+    memset(raw, 0, sizeof *raw);
+    raw->vertex = c->vertex;
+    raw->edge = c->edge;
+    raw->gap = c->gap;
+    return raw;
 }
 
 // --- Edge on edge
@@ -150,12 +155,17 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
         const double had_w = last_length(now, end->w, end->f);
         if (had_u != had_w) take_u = had_u > had_w;
     }
-    const candidate c = take_u
-                            ? (candidate){end->u, end->e, end->gap_u, shared, end->probe_u, true}
-                            : (candidate){end->w, end->f, end->gap_w, shared, end->probe_w, true};
-    const int facing = take_u ? end->f : end->e;
-    add_raw(now, &c,
-            (nmm_raw){.length = 0.5 * share * shared, .shared = 0.5 * shared, .facing = facing});
+    const candidate c = {.vertex = take_u ? end->u : end->w,
+                         .edge = take_u ? end->e : end->f,
+                         .gap = take_u ? end->gap_u : end->gap_w,
+                         .room = shared,
+                         .probe = take_u ? end->probe_u : end->probe_w,
+                         .sides = true};
+    nmm_raw *raw = add_raw(now, &c);
+    if (raw == NULL) return;
+    raw->length = 0.5 * share * shared;
+    raw->shared = 0.5 * shared;
+    raw->facing = take_u ? end->f : end->e;
 }
 
 // A place on an edge, moved into the edge's block by a twentieth of the overlap: sides of a joint
@@ -285,8 +295,11 @@ static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line
     candidate c = {.vertex = vertex, .edge = edge, .gap = gap};
     if (gap < 0) c.room = room_behind(now, edge, e, place);
     if (gap < 0) c.probe = place_within(now, vertex, -gap);
-    const double length = (1 - share) * NMM_CORNER * size;
-    add_raw(now, &c, (nmm_raw){.corner_length = length, .beyond = beyond, .corner = true});
+    nmm_raw *raw = add_raw(now, &c);
+    if (raw == NULL) return;
+    raw->corner_length = (1 - share) * NMM_CORNER * size;
+    raw->beyond = beyond;
+    raw->corner = true;
 }
 
 // The vertices of edge a on edge b. Each vertex comes with the edge that begins there; where that

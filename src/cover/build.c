@@ -34,6 +34,7 @@ static nmm_status cut_body(nmm_cut *cut) {
                                 "nothing is left of the domain: holes cover all of it");
     }
     TRY(nmm_cut_patches(cut));
+    TRY(nmm_cut_measure_trimmed(cut));
     TRY(nmm_cut_points(cut));
     TRY(nmm_cut_corners(cut));
     return nmm_cut_loops(cut);

@@ -119,10 +119,14 @@ typedef struct nmm_cut {
 nmm_status nmm_cut_outline(nmm_cut *cut);
 /// Add the mesh lines of all triangles that the body's domain polygons touch.
 nmm_status nmm_cut_mesh(nmm_cut *cut);
-/// Meaning of edges and faces: material, triangle, element; trimmed joints.
+/// Meaning of edges and faces: material, triangle, element.
 nmm_status nmm_cut_faces(nmm_cut *cut);
+/// An edge connects from now on: the corners on both its sides become one point at its ends.
+void nmm_cut_join_corners(nmm_body *body, int edge);
 /// Append elements and blocks to the draft, and the physical covers.
 nmm_status nmm_cut_patches(nmm_cut *cut);
+/// Report what joints lost.
+nmm_status nmm_cut_measure_trimmed(nmm_cut *cut);
 /// Append the points, the polygons of the elements, the loops.
 nmm_status nmm_cut_points(nmm_cut *cut);
 nmm_status nmm_cut_corners(nmm_cut *cut);

@@ -282,6 +282,12 @@ static nmm_status number_elements(nmm_cut *cut) {
 
 // --- Corners
 
+void nmm_cut_join_corners(nmm_body *body, int edge) {
+    const nmm_arrangement *a = &body->arrangement;
+    nmm_set_join(body->corner_set, 2 * edge, a->next[2 * edge + 1]);
+    nmm_set_join(body->corner_set, 2 * edge + 1, a->next[2 * edge]);
+}
+
 // Round a vertex, corners of elements that follow each other across edges that connect are one
 // point. A half-edge stands for the corner at its start.
 static nmm_status join_corners(nmm_cut *cut) {
@@ -292,9 +298,7 @@ static nmm_status join_corners(nmm_cut *cut) {
     for (int h = 0; h < n_half; h++)
         body->corner_set[h] = h;
     for (int e = 0; e < a->n_edge; e++) {
-        if (!body->connects[e]) continue;
-        nmm_set_join(body->corner_set, 2 * e, a->next[2 * e + 1]);
-        nmm_set_join(body->corner_set, 2 * e + 1, a->next[2 * e]);
+        if (body->connects[e]) nmm_cut_join_corners(body, e);
     }
     return NMM_OK;
 }
@@ -345,11 +349,12 @@ static void mark_joints(nmm_cut *cut) {
 
 // Trimmed pieces are the connected parts of what joints lost; what is as short as welding reaches
 // does not count.
-static nmm_status measure_trimmed(nmm_cut *cut) {
+nmm_status nmm_cut_measure_trimmed(nmm_cut *cut) {
     nmm_body *body = &cut->body;
     const nmm_arrangement *a = &body->arrangement;
     int *parent = NULL;
     double *length = NULL;
+    if (body->n_joint == 0) return NMM_OK;
     const size_t n_vertex = (size_t)a->n_vertex;
     TRY(nmm_arena_take(cut->context, &body->arena, &parent, n_vertex, sizeof(int)));
     TRY(nmm_arena_take(cut->context, &body->arena, &length, n_vertex, sizeof(double)));
@@ -380,7 +385,6 @@ nmm_status nmm_cut_faces(nmm_cut *cut) {
     TRY(number_elements(cut));
     TRY(join_corners(cut));
     close_slits(&cut->body);
-    if (cut->body.n_joint == 0) return NMM_OK;
-    mark_joints(cut);
-    return measure_trimmed(cut);
+    if (cut->body.n_joint > 0) mark_joints(cut);
+    return NMM_OK;
 }

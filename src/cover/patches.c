@@ -93,6 +93,36 @@ static void join_slots(const nmm_body *body, int *parent, const int side[2], int
     }
 }
 
+// Do the same functions act on both sides of a joint? What only one side has is zero on it.
+static bool is_shut(const nmm_body *body, int *parent, const int side[2], int n) {
+    nmm_node left[NMM_MOST_LOCAL], right[NMM_MOST_LOCAL];
+    slot_nodes(body, side[0], left);
+    slot_nodes(body, side[1], right);
+    for (int a = 0; a < n; a++) {
+        for (int b = 0; b < n; b++) {
+            const bool same = left[a].i == right[b].i && left[a].j == right[b].j && a / 6 == b / 6;
+            const int p = n * side[0] + a, q = n * side[1] + b;
+            if (same && nmm_set_root(parent, p) != nmm_set_root(parent, q)) return false;
+        }
+    }
+    return true;
+}
+
+// A piece of a joint on both sides of which the same functions act cannot open: it connects. Along
+// a line of the lattice this is what lies beyond the last node.
+static void close_shut(nmm_cut *cut, int *parent, int n_local) {
+    nmm_body *body = &cut->body;
+    const nmm_arrangement *a = &body->arrangement;
+    for (int e = 0; e < a->n_edge; e++) {
+        int side[2];
+        sides_of(body, e, side);
+        if (body->connects[e] || a->bridge[e] || side[0] < 0 || side[1] < 0) continue;
+        if (!is_shut(body, parent, side, n_local)) continue;
+        body->connects[e] = true;
+        nmm_cut_join_corners(body, e);
+    }
+}
+
 // Root slots by row, column and slot: each one is a cover. x = row, y = column * 2^32 + slot.
 static nmm_status list_covers(nmm_cut *cut, int *parent, int n_local, int *n_cover,
                               nmm_ipoint **cover) {
@@ -134,6 +164,7 @@ static nmm_status add_covers(nmm_cut *cut, int base) {
         sides_of(body, e, side);
         join_slots(body, parent, side, n_local);
     }
+    if (body->n_joint > 0) close_shut(cut, parent, n_local);
     TRY(list_covers(cut, parent, n_local, &n_cover, &cover));
     TRY(nmm_arena_take(cut->context, &body->arena, &cover_of, (size_t)n_slot, sizeof(int)));
     TRY(nmm_grow(cut->context, &draft->cover, &draft->cover_capacity, draft->n_cover + n_cover,

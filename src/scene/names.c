@@ -47,6 +47,16 @@ nmm_status nmm_build_materials(nmm_builder *b) {
 // What the stress of the own weight over the scene strains, where small strains end.
 #define MOST_WEIGHT 0.1
 
+// From here on triangles of uniform strain are far too stiff in plane strain: beams of four covers
+// bend three times as far off as at 0.25, and ten times at 0.499.
+#define MOST_POISSON 0.48
+
+// What hardly changes its volume leaves linear functions too little freedom.
+static bool is_locked(const raw_scene *raw, const nmm_material *m) {
+    return raw->covers.mesh == NMM_MESH_LATTICE && raw->covers.order <= 0 &&
+           m->plane == NMM_PLANE_STRAIN && m->poissons_ratio > MOST_POISSON;
+}
+
 // A number without its unit: t/m3 or kN/m3 of a density, GPa or MPa of a modulus.
 nmm_status nmm_build_warn_materials(nmm_builder *b) {
     nmm_scene *scene = b->scene;
@@ -70,6 +80,12 @@ nmm_status nmm_build_warn_materials(nmm_builder *b) {
                 "youngs_modulus of %g Pa: weight over the height of the scene is %.2g "
                 "of it; another unit is written behind the number, as in 5 GPa",
                 m->youngs_modulus, strain));
+        if (raw_good(&raw[i].head, "poissons_ratio") && is_locked(b->raw, m))
+            TRY(nmm_scene_warn(b->reader->context, scene, raw_mark(&raw[i].head, "poissons_ratio"),
+                               "poissons_ratio of %g with covers.order 0: triangles of uniform "
+                               "strain that keep their area are too stiff (locking), so what "
+                               "bends or shears moves too little; covers.order 1 is right",
+                               m->poissons_ratio));
     }
     return NMM_OK;
 }

@@ -13,6 +13,7 @@
 
 typedef float lanes __attribute__((vector_size(32)));
 typedef double wide_lanes __attribute__((vector_size(32)));
+typedef int64_t wide_bits __attribute__((vector_size(32)));
 typedef float four_lanes __attribute__((vector_size(16)));
 
 // Numbers of a vector whose products are summed in float32; sums of these are in float64.
@@ -44,19 +45,26 @@ typedef union both_lanes {
 
 // --- Diagonal blocks
 
+// Lane c of *v becomes x, by its bits: there is no way through memory that would be waited for.
+static inline __attribute__((always_inline)) void put(wide_lanes *v, int c, double x) {
+    const wide_bits others = {c == 0 ? 0 : -1, c == 1 ? 0 : -1, c == 2 ? 0 : -1, c == 3 ? 0 : -1};
+    const wide_lanes own = {c == 0 ? x : 0, c == 1 ? x : 0, c == 2 ? x : 0, c == 3 ? x : 0};
+    *v = (wide_lanes)(((wide_bits)*v & others) | (wide_bits)own);
+}
+
 // One pivot of Gauss and Jordan on a 6x6 block, rows of 8 in registers: as long as k is a constant.
 // The pivot's column becomes that of the inverse.
 static inline __attribute__((always_inline)) bool eliminate(wide_lanes row[6][2], int k) {
     const wide_lanes zero = {0, 0, 0, 0};
     const int h = k / 4, c = k % 4;
     const double diagonal = row[k][h][c], inverse = 1 / diagonal;
-    row[k][h][c] = 1;
+    put(&row[k][h], c, 1);
     row[k][0] *= inverse;
     row[k][1] *= inverse;
     for (int i = 0; i < 6; i++) {
         if (i == k) continue;
         const wide_lanes factor = row[i][h][c] - zero;
-        row[i][h][c] = 0;
+        put(&row[i][h], c, 0);
         row[i][0] -= factor * row[k][0];
         row[i][1] -= factor * row[k][1];
     }

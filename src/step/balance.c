@@ -294,8 +294,9 @@ void nmm_balance_weigh_matrix(const nmm_balance *balance, nmm_system *system,
         const double own = balance->weight[model->cover_block[c]];
         for (int k = K->row_start[c]; k < K->row_start[c + 1]; k++) {
             const double weight = own * balance->weight[model->cover_block[K->col[k]]];
+            double *block = K->value + 4 * (long)k;
             for (int i = 0; i < 4; i++)
-                K->value[4 * (long)k + i] *= weight;
+                block[i] *= weight;
         }
     }
 }

@@ -89,8 +89,9 @@ static void base_row(nmm_system *system, const nmm_model *model, int c, double i
     const long begin = system->base_start[c], end = system->base_start[c + 1];
     for (long k = begin; k < end; k++) {
         const double m = inertia * system->base_mass[k];
-        const double block[4] = {m, 0, 0, m};
-        memcpy(system->base_value + 4 * k, block, sizeof block);
+        double *block = system->base_value + 4 * k;
+        block[0] = block[3] = m;
+        block[1] = block[2] = 0;
     }
     if (model->order == 0)
         add_elements(system, model, c);
@@ -123,7 +124,7 @@ static void remove_held(nmm_system *system, int c) {
 // The functions below take m, the functions of an element: where it is a constant, their loops are
 // straight code.
 
-typedef double pair __attribute__((vector_size(16)));
+typedef double four __attribute__((vector_size(32)));
 
 // Derivatives of the gap, [2 m][2]; behind them those of the slip, then both stiffnesses.
 static inline double *spring_of(const nmm_system *system, int p, int m) {
@@ -146,27 +147,17 @@ static bool slides(unsigned char mode) {
     return mode == NMM_SPRING_SLIDE || mode == NMM_SPRING_SLIDE_BACK;
 }
 
-// Derivatives of a contact in the order of its couple, whose first element may be the edge's.
-static inline void order_row(const nmm_contact_row *row, bool swapped, int m, double *spring) {
-    const size_t half = 2 * (size_t)m * sizeof(double);
-    const int first = swapped ? m : 0;
-    memcpy(spring, row->normal[first], half);
-    memcpy(spring + 2 * m, row->normal[m - first], half);
-    memcpy(spring + 4 * m, row->shear[first], half);
-    memcpy(spring + 6 * m, row->shear[m - first], half);
-}
-
-// The spring at place p of the couples' order, of couple q. Held unknowns do not feel it.
+// The spring at place p of the couples' order, of couple q, whose first element may be the edge's.
+// Held unknowns do not feel it.
 static void make_spring(nmm_system *system, const nmm_model *model, const nmm_state *state, int q,
                         int p) {
     const int m = model->n_local, order = system->couples.order[p];
     double *spring = spring_of(system, p, m);
     const nmm_contact *contact = &state->contact[order / 2];
-    const nmm_contact_row row = nmm_contact_row_of(model, state, contact);
-    if (m == 3)
-        order_row(&row, order % 2 == 1, 3, spring);
-    else
-        order_row(&row, order % 2 == 1, m, spring);
+    const int of_vertex = order % 2 == 1 ? 2 * m : 0, of_edge = 2 * m - of_vertex;
+    const nmm_derivatives to = {{spring + of_vertex, spring + of_edge},
+                                {spring + 4 * m + of_vertex, spring + 4 * m + of_edge}};
+    nmm_contact_derive(model, contact, to);
     spring[8 * m] = contact->normal_stiffness;
     spring[8 * m + 1] = holds_shear(system->spring_mode[p]) ? contact->shear_stiffness : 0;
     if (system->fixed == NULL) return;
@@ -227,34 +218,40 @@ static inline void put_row(nmm_system *system, int q, int i, int m, const double
     }
 }
 
-// Adds direction x of cover i of all closed springs of couple q to the blocks `slot`: sums stay in
-// registers where m is a constant.
-static inline __attribute__((always_inline)) void add_direction(nmm_system *system, int q, int i,
-                                                                int x, int m) {
+// Adds the two rows of cover i of all closed springs of couple q to the blocks of the matrix: sums
+// stay in registers where m is a constant.
+static inline __attribute__((always_inline)) void add_cover(nmm_system *system, int q, int i,
+                                                            int m) {
     const nmm_couples *couples = &system->couples;
-    double *value = system->K.value;
     const int *slot = couples->slot + 2 * m * (2 * m * (long)q + i);
-    const int at = 2 * i + x;
-    pair sum[2 * NMM_MOST_LOCAL];
-    for (int j = 0; j < 2 * m; j++)
-        sum[j] = (pair){0, 0};
+    double *value = system->K.value;
+    four sum[2][NMM_MOST_LOCAL];
+    for (int j = 0; j < m; j++)
+        sum[0][j] = sum[1][j] = (four){0, 0, 0, 0};
     for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
         if (system->spring_mode[p] == NMM_SPRING_OPEN) continue;
         const double *normal = spring_of(system, p, m), *shear = normal + 4 * m;
-        const double across = normal[8 * m] * normal[at], along = normal[8 * m + 1] * shear[at];
-        for (int j = 0; j < 2 * m; j++) {
-            pair n, s;
-            memcpy(&n, normal + 2 * j, sizeof n);
-            memcpy(&s, shear + 2 * j, sizeof s);
-            sum[j] += across * n + along * s;
+        const double kn = normal[8 * m], ks = normal[8 * m + 1];
+        const double across[2] = {kn * normal[2 * i], kn * normal[2 * i + 1]};
+        const double along[2] = {ks * shear[2 * i], ks * shear[2 * i + 1]};
+        for (int j = 0; j < m; j++) {
+            four n, s;
+            memcpy(&n, normal + 4 * j, sizeof n);
+            memcpy(&s, shear + 4 * j, sizeof s);
+            sum[0][j] += across[0] * n + along[0] * s;
+            sum[1][j] += across[1] * n + along[1] * s;
         }
     }
-    for (int j = 0; j < 2 * m; j++) {
-        double *row = value + 4 * (long)slot[j] + 2 * x;
-        pair old;
-        memcpy(&old, row, sizeof old);
-        old += sum[j];
-        memcpy(row, &old, sizeof old);
+    // Two blocks at a time, each of both rows.
+    for (int j = 0; j < m; j++) {
+        double *block[2] = {value + 4 * (long)slot[2 * j], value + 4 * (long)slot[2 * j + 1]};
+        four old[2];
+        memcpy(&old[0], block[0], sizeof *old);
+        memcpy(&old[1], block[1], sizeof *old);
+        old[0] += __builtin_shufflevector(sum[0][j], sum[1][j], 0, 1, 4, 5);
+        old[1] += __builtin_shufflevector(sum[0][j], sum[1][j], 2, 3, 6, 7);
+        memcpy(block[0], &old[0], sizeof *old);
+        memcpy(block[1], &old[1], sizeof *old);
     }
 }
 
@@ -266,15 +263,35 @@ static bool any_closed(const nmm_system *system, int q) {
 }
 
 // Springs of all couples of row c, added up couple by couple.
-static inline void add_couples(nmm_system *system, int c, int m) {
+static inline __attribute__((always_inline)) void add_couples(nmm_system *system, int c, int m) {
     const nmm_couples *couples = &system->couples;
     for (int k = couples->cover_start[c]; k < couples->cover_start[c + 1]; k++) {
         const int q = couples->cover_couple[k] / (2 * m), i = couples->cover_couple[k] % (2 * m);
-        if (!any_closed(system, q)) continue;
-        add_direction(system, q, i, 0, m);
-        add_direction(system, q, i, 1, m);
+        if (any_closed(system, q)) add_cover(system, q, i, m);
     }
 }
+
+// The same for linear functions, for any processor and for those with AVX2: the same bits.
+static void add_three(nmm_system *system, int c) {
+    add_couples(system, c, 3);
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2"))) static void add_three_wide(nmm_system *system, int c) {
+    add_couples(system, c, 3);
+}
+
+static void add_linear_springs(nmm_system *system, int c) {
+    if (__builtin_cpu_supports("avx2"))
+        add_three_wide(system, c);
+    else
+        add_three(system, c);
+}
+#else
+static void add_linear_springs(nmm_system *system, int c) {
+    add_three(system, c);
+}
+#endif
 
 // Row i of couple q times the weights of its row and of its columns.
 static void weigh_row(const nmm_system *system, const nmm_model *model, int q, int i, int m,
@@ -304,7 +321,8 @@ static inline void fetch_blocks(const nmm_system *system, int q, int m) {
 static inline void change_spring(nmm_system *system, const nmm_model *model, int q, int m,
                                  const double *before, const double *now) {
     for (int i = 0; i < 2 * m; i++) {
-        double row[8 * NMM_MOST_LOCAL] = {0};
+        double row[8 * NMM_MOST_LOCAL];
+        memset(row, 0, 8 * (size_t)m * sizeof *row);
         if (before != NULL) add_spring(before, i, -1, m, row);
         if (now != NULL) add_spring(now, i, 1, m, row);
         if (system->weight != NULL) weigh_row(system, model, q, i, m, row);
@@ -369,7 +387,7 @@ static void fill_row(nmm_system *system, const nmm_model *model, int c) {
     for (long k = system->base_start[c]; k < system->base_start[c + 1]; k++)
         memcpy(K->value + 4 * (long)system->place[k], system->base_value + 4 * k, block);
     if (model->order == 0)
-        add_couples(system, c, 3);
+        add_linear_springs(system, c);
     else
         add_couples(system, c, model->n_local);
 }

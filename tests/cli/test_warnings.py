@@ -133,6 +133,16 @@ class Warnings(Case):
         self.check(stone + stone[len("blocks:\n"):].replace("[0, ", "[2, ").replace("[1, ", "[3, "), 1,
                    "no supports")
 
+    def test_locking(self):
+        self.silent(SOFT)
+        for ratio, more, n in (("0.48", [], 0), ("0.49", [], 1), ("0.49", ["covers.order=1"], 0),
+                               ("0.49", ["covers.mesh=block"], 0),
+                               ("0.49", ["materials.rock.plane=stress"], 0)):
+            words = [f"materials.rock.poissons_ratio={ratio}", *more]
+            done = self.nmm("check", "-q", "scene.yaml", scene=SOFT,
+                            *[word for one in words for word in ("--set", one)])
+            self.assertEqual(done.stderr.count("locking"), n, (ratio, more, done.stderr))
+
     # 26 kN/m3, 2.6 t/m3 and 5 GPa without their units.
     def test_numbers_without_their_units(self):
         for wrong in "26", "2.6":

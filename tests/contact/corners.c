@@ -534,6 +534,30 @@ static void test_two_joints_at_corner(void **unused) {
     }
 }
 
+// Sides of two joints that lie on each other meet by the weaker one, whichever side has it.
+static void test_sides_of_two_joints(void **unused) {
+    (void)unused;
+    const nmm_vec2 floor[4] = BOX(-2, -1, 2, 0), brick[4] = BOX(0, 0, 1, 1);
+    const loop loops[2] = {{0, 4, floor}, {1, 4, brick}};
+    for (int below = 0; below < 2; below++) {
+        bodies b = {0};
+        assert_int_equal(bodies_open(&b, 2, loops, 1), NMM_OK);
+        b.model.interface[1].friction = 0.1;
+        const int v = bodies_vertex(&b, 1);
+        b.model.edge_interface[2] = below;
+        b.model.edge_interface[v] = 1 - below;
+        bodies_find(&b, 0.1);
+        int n = 0;
+        for (int k = 0; k < 2; k++) {
+            const nmm_contact *c = bodies_contact(&b, v + k, 2);
+            assert_non_null(c);
+            n += b.model.interface[c->interface].friction == 0.1;
+        }
+        assert_int_equal(n, 2);
+        bodies_close(&b);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_corner_over_corner),
@@ -557,6 +581,7 @@ int main(void) {
         cmocka_unit_test(test_edge_without_length),
         cmocka_unit_test(test_tiny_edge_at_corner),
         cmocka_unit_test(test_two_joints_at_corner),
+        cmocka_unit_test(test_sides_of_two_joints),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

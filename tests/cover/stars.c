@@ -113,6 +113,30 @@ static void joint_along_the_mesh(void **state) {
     stage_close(&n.s);
 }
 
+// A crack along the mesh ends at nodes: what lies beyond the last ones has the same functions on
+// both sides. So it is the shorter crack, with the same points and loops.
+static void crack_along_the_mesh(void **state) {
+    (void)state;
+    for (int order = 0; order <= 2; order++) {
+        node_stage n;
+        int n_vertex[2], n_cover[2];
+        for (int k = 0; k < 2; k++) {
+            node_open(&n);
+            n.s.scene.settings.order = order;
+            node_line(&n, k == 0 ? -2.3 * SIZE : -2 * SIZE, 0, k == 0 ? 1.6 * SIZE : SIZE, 0);
+            stage_build(&n.s);
+            n_vertex[k] = n.s.model.n_vertex;
+            n_cover[k] = n.s.model.n_cover;
+            assert_int_equal(stage_loops(&n.s), 2);
+            assert_int_equal(n.s.report.n_trimmed, k == 0 ? 2 : 0);
+            assert_near(n.s.report.trimmed_length, k == 0 ? 0.9 * SIZE : 0, 1e-6);
+            stage_close(&n.s);
+        }
+        assert_int_equal(n_vertex[0], n_vertex[1]);
+        assert_int_equal(n_cover[0], n_cover[1]);
+    }
+}
+
 static void duplicates_and_overlaps(void **state) {
     (void)state;
     node_stage n;
@@ -183,6 +207,7 @@ int main(void) {
         cmocka_unit_test(tip_through_tee_and_cross),
         cmocka_unit_test(closed_loops),
         cmocka_unit_test(joint_along_the_mesh),
+        cmocka_unit_test(crack_along_the_mesh),
         cmocka_unit_test(duplicates_and_overlaps),
         cmocka_unit_test(small_angle),
         cmocka_unit_test(slivers),
