@@ -136,11 +136,11 @@ typedef enum nmm_contact_mode {
 typedef struct nmm_contact {
     int vertex, edge;
     int interface;
-    nmm_contact_mode mode;                    // at the last evaluation
-    bool bonded;                              // cohesion and tension still act
-    bool broken;                              // was bonded once: residual friction from now on
-    bool breaking;                            // the bond gave way in this try of the step
-    bool hasty;                               // augmented: the spring acts alone, eq. (5.14)
+    nmm_contact_mode mode; // at the last evaluation
+    bool bonded;           // cohesion and tension still act
+    bool broken;           // was bonded once: residual friction from now on
+    bool breaking;         // the bond gave way in this try of the step
+    bool hasty; // augmented: the spring acts alone, in a short step or contact: see eq. (5.14)
     double normal_stiffness, shear_stiffness; // [N/m]
     double anchor; // edge parameter where the shear spring is tied, at the start of the step
     double rest;   // [m] overlap it was found with, <= 0: carries no force
