@@ -261,7 +261,9 @@ typedef struct nmm_linear_report {
     int order, padded; ///< of the matrix; 1 where a decoupled unknown made an odd order even
     long entries;      ///< of both halves
     int converged;
-    char end[24];    ///< "converged", "diverged", "too_slow", "indefinite", "not_finite", ...
+    /// "converged", "diverged", "too_slow", "indefinite", "not_finite", "stagnated", "bad_pattern",
+    /// "out_of_range"
+    char end[24];
     char reason[64]; ///< the same in words
     int row;         ///< first of the two rows (from 1) that cause the trouble; 0: none named
     char method[16], blocks[16], precision[16], device[16];
@@ -273,7 +275,7 @@ typedef struct nmm_linear_report {
     int by_average_change;         ///< 1: ended by the average change, whatever `residual` is
     double residual;               ///< |f - K u| / |f|; -1: not measured
     double lambda_min, lambda_max; ///< estimates for D^-1 K; 0: not made
-    double solution_norm;          ///< |u|
+    double solution_norm;          ///< |u|; infinite where it alone is beyond 1.8e308
     double error;                  ///< largest |u - 1| where the solution is all ones; else -1
     double read_seconds;           ///< reading or generating
     double seconds, least_seconds; ///< setup and solve: median and least of n_repeat

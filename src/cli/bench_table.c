@@ -5,6 +5,7 @@
 
 #include "bench_table.h"
 
+#include "interrupt.h"
 #include "message.h"
 #include "options.h"
 
@@ -112,8 +113,10 @@ int bench_table_write(nmm_bench *bench, const char *folder, const char *name, bo
     char path[3][PATH_MAX + NAME_MAX + 8];
     for (int k = 0; k < 3; k++) {
         snprintf(path[k], sizeof path[k], "%s/%s.%s", folder, name, ending[k]);
+        interrupt_hold(true);
         const nmm_status status =
             k == 0 ? nmm_bench_write_csv(bench, path[k]) : nmm_bench_plot(bench, path[k]);
+        interrupt_hold(false);
         if (status != NMM_OK) return message_failure(nmm_bench_error(bench), path[k]);
     }
     if (told) printf("\nWritten: %s, %s, %s\n", path[0], path[1], path[2]);

@@ -2,10 +2,9 @@
 //
 // nmm compare: the same steps on host and on target, side by side. Equal in every bit, or how far
 // apart; times by phase and by iteration, and what was copied; and from which size on the target
-// pays, by solves of generated systems: against the same method on the host, and against what the
-// host would choose.
+// pays (ladder.h).
 
-#include "json.h"
+#include "ladder.h"
 #include "message.h"
 #include "options.h"
 #include "report.h"
@@ -13,32 +12,12 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
-/// Steps where the user does not say; sizes of the ladder, each four times the one before; a rung
-/// longer than this is the last [s].
-enum { STEPS = 50, RUNGS = 6, FIRST_RUNG = 512 };
-#define RUNG_SECONDS 0.3
+/// Steps where the user does not say.
+enum { STEPS = 50 };
 
 enum { HOST, TARGET, SIDES };
 static const char *const side_name[SIDES] = {"host", "target"};
-
-/// Whole solves of the ladder: the same one on both sides, and what the host would choose.
-enum { HOST_BEST = SIDES, RUNNERS };
-
-/// One size of the ladder.
-typedef struct rung {
-    int unknowns, iterations; // of pcg
-    double seconds[RUNNERS];
-    char best[40]; // what the host chose
-} rung;
-
-/// Unknowns from which on the target is faster; 0: not found. Estimated: between or beyond the
-/// sizes measured.
-typedef struct break_even {
-    double unknowns;
-    bool is_estimated;
-} break_even;
 
 typedef struct comparison {
     nmm_sim *sim[SIDES];
@@ -48,9 +27,7 @@ typedef struct comparison {
     double distance; // largest difference of displacements over the largest displacement
     double allowed;
     bool agree;
-    int n_rung;
-    rung rung[RUNGS];
-    break_even against_pcg, against_best;
+    ladder ladder;
 } comparison;
 
 // --- The steps
@@ -116,67 +93,6 @@ static double iteration_seconds(const nmm_summary *s) {
     return s->iterations > 0 ? s->phase_seconds.solve / (double)s->iterations : 0;
 }
 
-// --- Break-even
-
-// All to the same tolerance and from the start: the system and its load are the same ones each
-// time, the solver is a new one.
-static bool measure_rung(rung *r, int unknowns, int n_thread) {
-    for (int runner = HOST; runner < RUNNERS; runner++) {
-        nmm_linear_report report;
-        nmm_linear_def def = nmm_default_linear_def();
-        def.generate = unknowns;
-        if (runner != HOST_BEST) {
-            def.method = "pcg";
-            def.blocks = "cluster";
-        }
-        def.n_repeat = 3;
-        def.n_thread = n_thread;
-        def.device = runner == TARGET ? NMM_DEVICE_TARGET : NMM_DEVICE_HOST;
-        if (nmm_linear_solve(&def, &report) != NMM_OK || !report.converged) return false;
-        r->unknowns = report.order;
-        r->seconds[runner] = report.seconds;
-        if (runner != HOST_BEST) r->iterations = report.iterations;
-        const bool direct = !strcmp(report.method, "direct");
-        snprintf(r->best, sizeof r->best, "%s%s%s", report.method, direct ? "" : ", ",
-                 direct ? "" : report.blocks);
-    }
-    return true;
-}
-
-// Where two straight lines through both rungs cross; 0: beyond the second one nowhere.
-static double crossing(const rung *a, const rung *b, int rival) {
-    const double before = a->seconds[TARGET] - a->seconds[rival];
-    const double after = b->seconds[TARGET] - b->seconds[rival];
-    if (!(before > after)) return 0;
-    return b->unknowns + after / (before - after) * (b->unknowns - a->unknowns);
-}
-
-// After the last size at which the rival is no slower, where the target is faster at the end; else
-// beyond all sizes.
-static break_even find_break_even(const comparison *c, int rival) {
-    int first = c->n_rung;
-    while (first > 0 && c->rung[first - 1].seconds[TARGET] < c->rung[first - 1].seconds[rival])
-        first--;
-    if (first == 0 && c->n_rung > 0) return (break_even){.unknowns = c->rung[0].unknowns};
-    if (c->n_rung < 2) return (break_even){0};
-    const int second = first < c->n_rung ? first : first - 1;
-    return (break_even){.unknowns = crossing(&c->rung[second - 1], &c->rung[second], rival),
-                        .is_estimated = true};
-}
-
-static void climb_ladder(comparison *c, int n_thread) {
-    double longest = 0;
-    for (int size = FIRST_RUNG; c->n_rung < RUNGS && longest < RUNG_SECONDS; size *= 4) {
-        const rung *r = &c->rung[c->n_rung];
-        if (!measure_rung(&c->rung[c->n_rung], size, n_thread)) break;
-        c->n_rung += 1;
-        for (int runner = HOST; runner < RUNNERS; runner++)
-            longest = fmax(longest, r->seconds[runner]);
-    }
-    c->against_pcg = find_break_even(c, HOST);
-    c->against_best = find_break_even(c, HOST_BEST);
-}
-
 // --- Text
 
 static void print_answers(const comparison *c) {
@@ -223,27 +139,6 @@ static void print_transfers(const comparison *c) {
     }
 }
 
-static void print_verdict(const break_even *b, const char *rival) {
-    printf("  against %s the target ", rival);
-    if (b->unknowns > 0)
-        printf("pays from %s%.3g unknowns on%s\n", b->is_estimated ? "about " : "at most ",
-               b->unknowns, b->is_estimated ? " (estimate, by straight lines)" : "");
-    else
-        printf("does not pay at the largest size measured, nor gains with size\n");
-}
-
-static void print_break_even(const comparison *c) {
-    printf("\nOne solve of a generated system to 1e-8 [s], setup and transfers included\n");
-    printf("  unknowns  iterations  host pcg  target pcg  host auto\n");
-    for (int k = 0; k < c->n_rung; k++) {
-        const rung *r = &c->rung[k];
-        printf("  %8d  %10d %9.3g %11.3g %10.3g  (%s)\n", r->unknowns, r->iterations,
-               r->seconds[HOST], r->seconds[TARGET], r->seconds[HOST_BEST], r->best);
-    }
-    print_verdict(&c->against_pcg, "the host's pcg");
-    print_verdict(&c->against_best, "the host's own choice");
-}
-
 static void print_comparison(const comparison *c, const char *path) {
     const nmm_summary *s = c->summary;
     printf("%s: %ld steps to %.6g s, %d unknowns, %d contacts\n", path, s[HOST].steps, s[HOST].time,
@@ -251,10 +146,14 @@ static void print_comparison(const comparison *c, const char *path) {
     for (int side = HOST; side < SIDES; side++)
         printf("  %s: solver %s, %s precision, %ld solves, %ld iterations\n", side_name[side],
                s[side].method, s[side].precision, s[side].solves, s[side].iterations);
+    for (int side = HOST; side < SIDES; side++)
+        if (s[side].end < 0)
+            printf("  %s: ended early, %s: %s\n", side_name[side], nmm_end_name(s[side].end),
+                   s[side].reason);
     print_answers(c);
     print_times(c);
     print_transfers(c);
-    print_break_even(c);
+    ladder_print(&c->ladder);
 }
 
 // --- JSON
@@ -273,40 +172,14 @@ static void json_side(json *out, const comparison *c, int side) {
     json_open(out, side_name[side]);
     json_integer(out, "steps", s->steps);
     json_number(out, "time", s->time);
+    json_text(out, "end", nmm_end_name(s->end));
+    json_text(out, "reason", s->reason);
     json_phases(out, s);
     json_solver(out, s);
     json_number(out, "seconds_per_iteration", iteration_seconds(s));
     json_transfers(out, "transfers_per_solve", s, s->solves);
     json_transfers(out, "transfers_per_step", s, s->steps);
     json_hash(out, "state_hash", s->state_hash);
-    json_close(out);
-}
-
-static void json_verdict(json *out, const break_even *b) {
-    // JSON knows no infinity: null where the target never pays.
-    json_number(out, "unknowns", b->unknowns > 0 ? b->unknowns : INFINITY);
-    json_boolean(out, "estimated", b->is_estimated);
-}
-
-static void json_break_even(json *out, const comparison *c) {
-    json_open(out, "break_even");
-    json_verdict(out, &c->against_pcg);
-    json_open(out, "against_auto");
-    json_verdict(out, &c->against_best);
-    json_close(out);
-    json_open_array(out, "measured");
-    for (int k = 0; k < c->n_rung; k++) {
-        const rung *r = &c->rung[k];
-        json_open(out, NULL);
-        json_integer(out, "unknowns", r->unknowns);
-        json_integer(out, "iterations", r->iterations);
-        json_number(out, "host_seconds", r->seconds[HOST]);
-        json_number(out, "target_seconds", r->seconds[TARGET]);
-        json_number(out, "host_auto_seconds", r->seconds[HOST_BEST]);
-        json_text(out, "host_auto", r->best);
-        json_close(out);
-    }
-    json_close_array(out);
     json_close(out);
 }
 
@@ -324,7 +197,7 @@ static void json_comparison(const comparison *c, const char *path) {
     json_boolean(&out, "agree", c->agree);
     json_side(&out, c, HOST);
     json_side(&out, c, TARGET);
-    json_break_even(&out, c);
+    ladder_json(&c->ladder, &out);
     json_close(&out);
 }
 
@@ -336,12 +209,23 @@ static int judge(const comparison *c, const char *path) {
         message_error("%s: the target's solves were not seen to run on a device", path);
         return EXIT_DEVICE;
     }
-    if (c->agree) return EXIT_DONE;
-    message_error("%s: host and target differ: displacements by %.3g of the largest, allowed %.3g; "
-                  "%ld and %ld steps to %.9g and %.9g s",
-                  path, c->distance, c->allowed, c->summary[HOST].steps, target->steps,
-                  c->summary[HOST].time, target->time);
-    return EXIT_EARLY;
+    if (!c->agree) {
+        message_error("%s: host and target differ: displacements by %.3g of the largest, allowed "
+                      "%.3g; %ld and %ld steps to %.9g and %.9g s",
+                      path, c->distance, c->allowed, c->summary[HOST].steps, target->steps,
+                      c->summary[HOST].time, target->time);
+        return EXIT_EARLY;
+    }
+    if (target->end < 0) {
+        message_error("%s: host and target agree and ended early, %s: %s", path,
+                      nmm_end_name(target->end), target->reason);
+        return EXIT_EARLY;
+    }
+    const ladder *l = &c->ladder;
+    if (l->status != EXIT_DONE)
+        message_error("a generated system of %d unknowns was not solved by %s: %s",
+                      l->failed_unknowns, l->failed, l->reason);
+    return l->status;
 }
 
 int command_compare(const arguments *given) {
@@ -353,7 +237,7 @@ int command_compare(const arguments *given) {
     int status = open_sides(&c, given);
     if (status == EXIT_DONE) status = take_steps(&c, given);
     if (status == EXIT_DONE) {
-        climb_ladder(&c, given->n_thread);
+        ladder_climb(&c.ladder, given->n_thread);
         if (given->json)
             json_comparison(&c, given->path);
         else

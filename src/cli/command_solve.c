@@ -33,7 +33,10 @@ static void print_report(const arguments *given, const nmm_linear_report *r) {
     if (given->linear.n_repeat > 1)
         printf(" (median of %d; least %.4g s)", given->linear.n_repeat, r->least_seconds);
     printf("; files read in %.3g s\n", r->read_seconds);
-    printf("  |u| = %.9g", r->solution_norm);
+    if (r->solution_norm < INFINITY)
+        printf("  |u| = %.9g", r->solution_norm);
+    else
+        printf("  |u| is beyond 1.8e308, its numbers are within");
     if (r->error >= 0) printf("; right-hand side: matrix times ones, largest error %.3g", r->error);
     printf("\n");
     if (given->output && r->converged) printf("Solution in %s\n", given->output);

@@ -172,7 +172,7 @@ int command_trade(const arguments *given) {
     const bool there = is_folder(j.folder);
     const int made = folder_make(j.folder);
     if (made != EXIT_DONE) return made;
-    interrupt_listen();
+    interrupt_listen((interrupt_words){"measurement", "nothing of this measurement was written"});
     const nmm_trade_def def = definition(&j);
     const nmm_status status = nmm_trade_run(&bench, &def);
     progress_clear(&j.line);

@@ -18,6 +18,7 @@
 static volatile sig_atomic_t asked;   // times the user asked
 static volatile sig_atomic_t writing; // the run file is being written
 static const char *volatile run_path; // NULL: there is no run file yet
+static interrupt_words said;          // how the command names what it does
 static struct timespec first;         // when the user asked first
 
 static void put(const char *text) {
@@ -27,7 +28,7 @@ static void put(const char *text) {
 
 static void leave(void) {
     put("\nended at once; ");
-    put(run_path ? run_path : "before the first frame, nothing was saved");
+    put(run_path ? run_path : said.lost);
     put(run_path ? " holds the run up to its last frame\n" : "\n");
     _exit(EXIT_EARLY);
 }
@@ -43,7 +44,9 @@ static void on_signal(int signal_number) {
     if (asked == 0) {
         clock_gettime(CLOCK_MONOTONIC, &first);
         asked = 1;
-        put("\nending after this step; once more ends at once\n");
+        put("\nending after this ");
+        put(said.part);
+        put("; once more ends at once\n");
     } else if (seconds_since_first() > 0.2) {
         asked = 2;
         if (!writing) leave();
@@ -64,7 +67,8 @@ static void listen_to(int signal_number) {
         sigaction(signal_number, &action, NULL);
 }
 
-void interrupt_listen(void) {
+void interrupt_listen(interrupt_words words) {
+    said = words;
     listen_to(SIGINT);
     listen_to(SIGTERM);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Ctrl-C and a polite kill: the first asks the run to end after the current step, the second ends
-// the program at once. Never in the middle of writing the run file. Signals within a fifth of a
+// Ctrl-C and a polite kill: the first asks to end after the current step or measurement, the second
+// ends the program at once. Never in the middle of writing a file. Signals within a fifth of a
 // second count as one: wrappers such as timeout and make pass on what the terminal sends anyway.
 
 #ifndef NMM_CLI_INTERRUPT_H
@@ -9,13 +9,18 @@
 
 #include <stdbool.h>
 
+/// What a command is asked to end after, and what is lost where it ends at once.
+typedef struct interrupt_words {
+    const char *part, *lost;
+} interrupt_words;
+
 /// Start to listen.
-void interrupt_listen(void);
+void interrupt_listen(interrupt_words words);
 /// There is a run file now, to be named in the last words; `path` must stay valid.
 void interrupt_names(const char *path);
 /// True once the user asked to stop.
 bool interrupt_asked(void);
-/// Between true and false a second Ctrl-C waits: the run file is being written.
+/// Between true and false a second Ctrl-C waits: a file is being written.
 void interrupt_hold(bool writing);
 
 #endif

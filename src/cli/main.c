@@ -54,8 +54,9 @@ const command command_table[] = {
     {"compare", "SCENE", "Compute the same steps on host and target and compare",
      "Are the answers equal, how long did each phase take, from which size on does the target "
      "pay?\n"
-     "Exit status 1 where the answers differ by more than --allow, 5 where there is no target; a\n"
-     "build with the preset fake-device has one that needs no GPU (docs/offload.md).\n",
+     "Exit status 1 where the answers differ by more than --allow, both runs ended early or a\n"
+     "solve failed, 5 where there is no target; a build with the preset fake-device has one that\n"
+     "needs no GPU (docs/offload.md).\n",
      "  nmm compare slope.yaml\n"
      "  nmm compare slope.yaml --steps 10 --set solver.method=jacobi --json\n",
      BIT(OPTION_SET) | BIT(OPTION_THREADS) | BIT(OPTION_STEPS) | BIT(OPTION_ALLOW) |

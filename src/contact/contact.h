@@ -89,14 +89,12 @@ nmm_contact_verdict nmm_contact_evaluate_some(const nmm_model *model, nmm_state 
 nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
                                    const nmm_contact *contact);
 
-/// The derivatives alone.
-void nmm_contact_derive(const nmm_model *model, const nmm_state *state, const nmm_contact *contact,
-                        nmm_derivatives to);
+/// The derivatives alone, at the last evaluation.
+void nmm_contact_derive(const nmm_model *model, const nmm_contact *contact, nmm_derivatives to);
 
-/// Forces of the contact at state->position: pull[3][2] [N] on the vertex, on the start and on the
-/// end of the edge. With the weights of the covers there the same as the row times the forces.
-void nmm_contact_pull(const nmm_model *model, const nmm_state *state, const nmm_contact *contact,
-                      double pull[6]);
+/// Forces of the contact at the last evaluation: pull[3][2] [N] on the vertex, on the start and on
+/// the end of the edge. With the weights of the covers there the same as the row times the forces.
+void nmm_contact_pull(const nmm_contact *contact, double pull[6]);
 
 /// Has any interface a strength, so that contacts on it may be bonded?
 bool nmm_contact_may_bond(const nmm_model *model);

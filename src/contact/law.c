@@ -80,8 +80,9 @@ double nmm_contact_gap(const nmm_model *model, const nmm_state *state, int verte
     return moment_of(&m, e) / sqrt(nmm_vec2_dot(e, e));
 }
 
-// Gap and slip, eq. (5.1); false when the vertex passes a corner of the other block. `rounding` [m]
-// is what the slip is uncertain by: displacements, and the anchor, a part of the edge.
+// Gap, slip and where the edge points, eq. (5.1); false when the vertex passes a corner of the
+// other block. `rounding` [m] is what the slip is uncertain by: displacements, and the anchor, a
+// part of the edge.
 static bool measure(const nmm_model *model, const nmm_state *state, nmm_contact *c,
                     double *rounding) {
     const meeting m = meeting_of(model, state, c->vertex, c->edge);
@@ -93,43 +94,66 @@ static bool measure(const nmm_model *model, const nmm_state *state, nmm_contact 
     c->slip = scale * (nmm_vec2_dot(e, began) + nmm_vec2_dot(e, slid));
     *rounding = ROUNDING * (length + nmm_contact_way(model, state, c));
     const nmm_edge_line line = {.t = nmm_vec2_scale(scale, e), .length = length};
+    c->along = line.t;
+    c->per_edge = scale;
     return c->bonded || !passes_corner(model, state, c, &line, c->slip + c->anchor * length);
 }
 
+// A contact as forces and derivatives see it.
+typedef struct frame {
+    nmm_vec2 t, n;
+    double foot; // of the vertex, edge parameter
+    double turn; // gap over the length of the edge
+} frame;
+
+// At state->position.
+static frame frame_of(const nmm_model *model, const nmm_state *state, const nmm_contact *c) {
+    const nmm_edge_line e = nmm_edge_line_of(model, state, c->edge);
+    const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, c->vertex), e.p);
+    return (frame){.t = e.t,
+                   .n = e.n,
+                   .foot = nmm_vec2_dot(e.t, off) / e.length,
+                   .turn = nmm_vec2_dot(e.n, off) / e.length};
+}
+
+// As the last evaluation left it.
+static frame frame_evaluated(const nmm_contact *c) {
+    return (frame){.t = c->along,
+                   .n = {c->along.y, -c->along.x},
+                   .foot = c->anchor + c->per_edge * c->slip,
+                   .turn = c->per_edge * c->gap};
+}
+
 // For elements with m functions; a constant m makes straight code of it.
-static inline void fill_row(const nmm_model *model, const nmm_state *state,
-                            const nmm_contact *contact, int m, nmm_derivatives to) {
-    const int v = contact->vertex, k = contact->edge;
-    const nmm_edge_line e = nmm_edge_line_of(model, state, k);
-    const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, v), e.p);
-    const double a = nmm_vec2_dot(e.t, off) / e.length;
-    const double turn = nmm_vec2_dot(e.n, off) / e.length, b = contact->anchor;
-    const double *wv = model->edge_weight + 2 * m * (long)v;
-    const double *we = model->edge_weight + 2 * m * (long)k;
+static inline void derive(const nmm_model *model, const nmm_contact *contact, const frame *f, int m,
+                          nmm_derivatives to) {
+    const double a = f->foot, b = contact->anchor;
+    const double *wv = model->edge_weight + 2 * m * (long)contact->vertex;
+    const double *we = model->edge_weight + 2 * m * (long)contact->edge;
     for (int i = 0; i < m; i++) {
         const double at_vertex = wv[i], at_start = we[i], at_end = we[m + i];
-        to.normal[0][2 * i] = at_vertex * e.n.x;
-        to.normal[0][2 * i + 1] = at_vertex * e.n.y;
-        to.shear[0][2 * i] = at_vertex * e.t.x;
-        to.shear[0][2 * i + 1] = at_vertex * e.t.y;
+        to.normal[0][2 * i] = at_vertex * f->n.x;
+        to.normal[0][2 * i + 1] = at_vertex * f->n.y;
+        to.shear[0][2 * i] = at_vertex * f->t.x;
+        to.shear[0][2 * i + 1] = at_vertex * f->t.y;
         // d gap = n . (dp0 - (1 - a) dp1 - a dp2): exact, the turn of n included.
         const double at_foot = (1 - a) * at_start + a * at_end;
-        to.normal[1][2 * i] = -at_foot * e.n.x;
-        to.normal[1][2 * i + 1] = -at_foot * e.n.y;
+        to.normal[1][2 * i] = -at_foot * f->n.x;
+        to.normal[1][2 * i + 1] = -at_foot * f->n.y;
         // d slip = t . (dp0 - (1 - b) dp1 - b dp2) + g/L n . (dp2 - dp1), b the anchor.
         const double at_anchor = (1 - b) * at_start + b * at_end;
-        const double turned = turn * (at_end - at_start);
-        to.shear[1][2 * i] = -at_anchor * e.t.x + turned * e.n.x;
-        to.shear[1][2 * i + 1] = -at_anchor * e.t.y + turned * e.n.y;
+        const double turned = f->turn * (at_end - at_start);
+        to.shear[1][2 * i] = -at_anchor * f->t.x + turned * f->n.x;
+        to.shear[1][2 * i + 1] = -at_anchor * f->t.y + turned * f->n.y;
     }
 }
 
-void nmm_contact_derive(const nmm_model *model, const nmm_state *state, const nmm_contact *contact,
-                        nmm_derivatives to) {
+void nmm_contact_derive(const nmm_model *model, const nmm_contact *contact, nmm_derivatives to) {
+    const frame f = frame_evaluated(contact);
     if (model->n_local == 3)
-        fill_row(model, state, contact, 3, to);
+        derive(model, contact, &f, 3, to);
     else
-        fill_row(model, state, contact, model->n_local, to);
+        derive(model, contact, &f, model->n_local, to);
 }
 
 nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *state,
@@ -137,32 +161,30 @@ nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *stat
     const int m = model->n_local;
     const int *cv = model->element_cover + m * (long)model->edge_element[contact->vertex];
     const int *ce = model->element_cover + m * (long)model->edge_element[contact->edge];
+    const frame f = frame_of(model, state, contact);
     nmm_contact_row row;
+    const nmm_derivatives to = {{row.normal[0], row.normal[m]}, {row.shear[0], row.shear[m]}};
+    derive(model, contact, &f, m, to);
     for (int i = 0; i < m; i++) {
         row.cover[i] = cv[i];
         row.cover[m + i] = ce[i];
     }
-    nmm_contact_derive(
-        model, state, contact,
-        (nmm_derivatives){{row.normal[0], row.normal[m]}, {row.shear[0], row.shear[m]}});
     return row;
 }
 
-void nmm_contact_pull(const nmm_model *model, const nmm_state *state, const nmm_contact *contact,
-                      double pull[6]) {
-    const nmm_edge_line e = nmm_edge_line_of(model, state, contact->edge);
-    const nmm_vec2 off = nmm_vec2_sub(nmm_vertex_place(model, state, contact->vertex), e.p);
-    const double N = contact->normal_force, T = contact->shear_force, scale = 1 / e.length;
-    const double a = scale * nmm_vec2_dot(e.t, off), b = contact->anchor;
+void nmm_contact_pull(const nmm_contact *contact, double pull[6]) {
+    const frame f = frame_evaluated(contact);
+    const double N = contact->normal_force, T = contact->shear_force;
+    const double a = f.foot, b = contact->anchor;
     // The couple of the shear force about the edge, by normal forces at its ends.
-    const double turn = scale * nmm_vec2_dot(e.n, off) * T;
+    const double turn = f.turn * T;
     const double n1 = -(1 - a) * N - turn, n2 = turn - a * N, t1 = -(1 - b) * T, t2 = -b * T;
-    pull[0] = N * e.n.x + T * e.t.x;
-    pull[1] = N * e.n.y + T * e.t.y;
-    pull[2] = n1 * e.n.x + t1 * e.t.x;
-    pull[3] = n1 * e.n.y + t1 * e.t.y;
-    pull[4] = n2 * e.n.x + t2 * e.t.x;
-    pull[5] = n2 * e.n.y + t2 * e.t.y;
+    pull[0] = N * f.n.x + T * f.t.x;
+    pull[1] = N * f.n.y + T * f.t.y;
+    pull[2] = n1 * f.n.x + t1 * f.t.x;
+    pull[3] = n1 * f.n.y + t1 * f.t.y;
+    pull[4] = n2 * f.n.x + t2 * f.t.x;
+    pull[5] = n2 * f.n.y + t2 * f.t.y;
 }
 
 // --- Law

@@ -218,8 +218,8 @@ static nmm_status do_job(job *j) {
 // --- The report
 
 static const char *end_word(nmm_solve_end end) {
-    static const char *const word[] = {"converged",  "diverged",  "too_slow",   "indefinite",
-                                       "not_finite", "stagnated", "bad_pattern"};
+    static const char *const word[] = {"converged",  "diverged",  "too_slow",    "indefinite",
+                                       "not_finite", "stagnated", "bad_pattern", "out_of_range"};
     return -end >= 0 && -end < (int)(sizeof word / sizeof *word) ? word[-end] : "unknown";
 }
 
@@ -255,10 +255,21 @@ static void copy_words(nmm_linear_report *report, const job *j) {
     explain(report, j);
 }
 
+// |u|, of squares that neither over- nor underflow.
+static double norm_of(int n, const double *u) {
+    double largest = 0, sum = 0;
+    for (int i = 0; i < n; i++)
+        largest = nmm_max(largest, fabs(u[i]));
+    if (largest == 0) return 0;
+    for (int i = 0; i < n; i++)
+        sum += u[i] / largest * (u[i] / largest);
+    return largest * sqrt(sum);
+}
+
 static void measure_solution(nmm_linear_report *report, const job *j) {
     const int n = j->system.order;
     const double *u = j->system.u;
-    report->solution_norm = sqrt(nmm_sum_product(n, u, u, j->context.n_thread));
+    report->solution_norm = norm_of(n, u);
     report->error = -1;
     const bool is_known = j->def->rhs == NULL && j->def->matrix != NULL;
     for (int i = 0; is_known && i < n; i++)

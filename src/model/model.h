@@ -150,6 +150,8 @@ typedef struct nmm_contact {
     double slip;           // [m] at the last evaluation, since the anchor
     double normal_force;   // [N] pressure positive
     double shear_force;    // [N] on the vertex, along t
+    nmm_vec2 along;        // t at the last evaluation
+    double per_edge;       // [1/m] one over the length of the edge there
 
     // What no pass reads.
     double length;        // [m] tributary length

@@ -30,9 +30,10 @@ typedef struct nmm_coarse {
     int *start, *row;    // [n_part + 1], [n] rows by part
     int *first;          // [3 n_part] first column in a row of the factor
     long *offset;        // [3 n_part] factor + offset[i] + j is entry i, j
-    float *lower;        // [n_factor] the same in float32, which is what solves read
     double *factor;      // [n_factor] lower triangle by rows, first[i] <= j < i
-    double *inverse;     // [3 n_part] of its diagonal; 0 for a motion that moves nothing
+    float *lower;        // [n_factor] unit * factor in float32, which is what solves read
+    double *inverse;     // [3 n_part] of unit * diagonal; 0 for a motion that moves nothing
+    double unit;         // a power of two that brings the largest of the diagonal next to 1
     double *load, *move; // [3 n_part]
     long n_factor;
     double work;  // multiplications of a factorisation

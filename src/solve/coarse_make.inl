@@ -122,16 +122,31 @@ static void factorise(nmm_coarse *c) {
     }
 }
 
+// A power of two that brings the largest number on the factor's diagonal next to 1.
+static double unit_of_factor(const nmm_coarse *c) {
+    double least = INFINITY;
+    for (int i = 0; i < 3 * c->n_part; i++)
+        if (c->inverse[i] > 0) least = nmm_min(least, c->inverse[i]);
+    int exponent = 0;
+    if (least < INFINITY) frexp(least, &exponent);
+    return ldexp(1, exponent);
+}
+
 static void make_coarse(nmm_coarse *coarse, const nmm_coarse_source *source) {
     const int n_part = coarse->n_part, n_thread = source->n_thread;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1)
     for (int p = 0; p < n_part; p++)
         project_part(coarse, source, p);
     factorise(coarse);
+    // In this unit the factor is within float32, whatever the scale of the matrix.
+    const double unit = unit_of_factor(coarse);
+    coarse->unit = unit;
+    for (int i = 0; i < 3 * n_part; i++)
+        coarse->inverse[i] /= unit;
     const long n_factor = coarse->n_factor;
     const double *factor = coarse->factor;
     float *lower = coarse->lower;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1)
     for (long k = 0; k < n_factor; k++)
-        lower[k] = (float)factor[k];
+        lower[k] = (float)(unit * factor[k]);
 }

@@ -79,4 +79,6 @@ static void solve_coarse(const nmm_coarse *c) {
         memcpy(x + i, y, sizeof y);
         subtract_rows(row, y, x + first, i - first);
     }
+    for (int i = 0; i < 3 * c->n_part; i++)
+        x[i] = x[i] * c->unit * c->unit;
 }

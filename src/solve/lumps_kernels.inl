@@ -13,6 +13,7 @@
 
 typedef float lanes __attribute__((vector_size(32)));
 typedef double wide_lanes __attribute__((vector_size(32)));
+typedef int64_t wide_bits __attribute__((vector_size(32)));
 typedef float four_lanes __attribute__((vector_size(16)));
 
 // Numbers of a vector whose products are summed in float32; sums of these are in float64.
@@ -44,13 +45,11 @@ typedef union both_lanes {
 
 // --- Diagonal blocks
 
-// Lane c of *v becomes x, without a way through memory where c is a constant.
+// Lane c of *v becomes x, by its bits: there is no way through memory that would be waited for.
 static inline __attribute__((always_inline)) void put(wide_lanes *v, int c, double x) {
-    const wide_lanes all = {x, x, x, x};
-    if (c == 0) *v = __builtin_shufflevector(*v, all, 4, 1, 2, 3);
-    if (c == 1) *v = __builtin_shufflevector(*v, all, 0, 4, 2, 3);
-    if (c == 2) *v = __builtin_shufflevector(*v, all, 0, 1, 4, 3);
-    if (c == 3) *v = __builtin_shufflevector(*v, all, 0, 1, 2, 4);
+    const wide_bits others = {c == 0 ? 0 : -1, c == 1 ? 0 : -1, c == 2 ? 0 : -1, c == 3 ? 0 : -1};
+    const wide_lanes own = {c == 0 ? x : 0, c == 1 ? x : 0, c == 2 ? x : 0, c == 3 ? x : 0};
+    *v = (wide_lanes)(((wide_bits)*v & others) | (wide_bits)own);
 }
 
 // One pivot of Gauss and Jordan on a 6x6 block, rows of 8 in registers: as long as k is a constant.

@@ -72,6 +72,8 @@ const char *nmm_solve_end_name(nmm_solve_end end) {
         return "stagnated above the tolerance (rounding, or singular)";
     case NMM_SOLVE_BAD_PATTERN:
         return "matrix pattern broken";
+    case NMM_SOLVE_OUT_OF_RANGE:
+        return "the solution is beyond the range of numbers";
     }
     return "unknown";
 }
@@ -527,8 +529,7 @@ void nmm_solver_finish(nmm_solver *solver, double norm, double *u, nmm_solve_rep
     const bool kept = solver->options.keep_last || report->end == NMM_SOLVE_CONVERGED;
     if (kept || norm <= solver->guess_norm) {
         if (nmm_solver_write_back(solver, u)) return;
-        report->end = NMM_SOLVE_DIVERGED;
-        report->why = "the solution is beyond the range of numbers";
+        report->end = NMM_SOLVE_OUT_OF_RANGE;
     }
     // Failed and worse than the first guess: that is still in u, unless zero was better than it.
     report->residual = solver->guess_norm / solver->norm;

@@ -60,6 +60,7 @@ typedef enum nmm_solve_end {
     NMM_SOLVE_NOT_FINITE = -4,  // matrix or right-hand side holds NaN or infinity: `row` names it
     NMM_SOLVE_STAGNATED = -5,   // rounding keeps the true residual above the tolerance
     NMM_SOLVE_BAD_PATTERN = -6, // rows, columns or diagonal not as nmm_bsr asks: `row` names it
+    NMM_SOLVE_OUT_OF_RANGE = -7 // found, but a number of it is beyond 1.8e308
 } nmm_solve_end;
 
 typedef struct nmm_solve_options {

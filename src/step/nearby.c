@@ -149,7 +149,7 @@ static int take_rings(nmm_nearby *nearby, const nmm_system *system, int n, doubl
     int begin = 0;
     for (int ring = 0; ring < rings && n <= most; ring++) {
         const int end = n;
-        for (; begin < end; begin++) {
+        for (; begin < end && n <= most; begin++) {
             const int c = nearby->row[begin];
             for (int k = K->row_start[c]; k < K->row_start[c + 1]; k++)
                 n = take_row(nearby, system, K->col[k], n);

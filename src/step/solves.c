@@ -80,6 +80,8 @@ const char *nmm_solves_end(nmm_solve_end end) {
         return "stagnated above its tolerance";
     case NMM_SOLVE_BAD_PATTERN:
         return "met a wrong pattern";
+    case NMM_SOLVE_OUT_OF_RANGE:
+        return "found displacements beyond the range of numbers";
     }
     return "failed";
 }

@@ -238,10 +238,13 @@ static nmm_status conclude(nmm_bench *bench) {
         if (some > 0 && many > 0)
             TRY(nmm_bench_remark(bench, "%s: error 1e-3 at iteration %g, 1e-6 at %g.", title, some,
                                  many));
+        else if (some > 0)
+            TRY(nmm_bench_remark(bench, "%s: error 1e-3 at iteration %g, 1e-6 is not reached.",
+                                 title, some));
         else if (largest > 10)
             TRY(nmm_bench_remark(bench, "%s diverges.", title));
         else
-            TRY(nmm_bench_remark(bench, "%s: error 1e-6 is not reached.", title));
+            TRY(nmm_bench_remark(bench, "%s: error 1e-3 is not reached.", title));
     }
     return NMM_OK;
 }

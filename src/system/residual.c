@@ -182,8 +182,8 @@ void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_
 
 // --- Contacts
 
-static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_state *state,
-                          const nmm_items *list, int n_thread) {
+static void contacts_pass(nmm_system *system, const nmm_state *state, const nmm_items *list,
+                          int n_thread) {
     const int n = list != NULL ? list->n : state->n_contact;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int i = 0; i < n; i++) {
@@ -196,7 +196,7 @@ static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_
         if (contact->mode == NMM_CONTACT_OPEN)
             memset(pull, 0, 6 * sizeof *pull);
         else
-            nmm_contact_pull(model, state, contact, pull);
+            nmm_contact_pull(contact, pull);
     }
 }
 
@@ -224,65 +224,70 @@ static void edges_pass(nmm_system *system, const nmm_model *model, const nmm_ite
 
 // --- Rows
 
-static void add_inner(const nmm_system *system, const nmm_model *model, int c, double force[2]) {
-    for (int k = model->cover_start[c]; k < model->cover_start[c + 1]; k++) {
-        const double *of_element = system->element_force + 2 * (long)model->cover_element[k];
-        force[0] += of_element[0];
-        force[1] += of_element[1];
-    }
-    if (model->n_tie == 0) return;
-    force[0] += system->tie_force[2 * (long)c];
-    force[1] += system->tie_force[2 * (long)c + 1];
+// Both components at once.
+typedef double pair __attribute__((vector_size(16)));
+
+static inline void add_part(pair *sum, double factor, const double *from) {
+    pair part;
+    memcpy(&part, from, sizeof part);
+    *sum += factor * part;
 }
 
-static void add_inertia(const nmm_system *system, int c, double force[2]) {
-    for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++) {
-        const double *a = system->acceleration + 2 * (long)system->base_col[k];
-        force[0] += system->base_mass[k] * a[0];
-        force[1] += system->base_mass[k] * a[1];
-    }
+static inline void add_inner(const nmm_system *system, const nmm_model *model, int c, pair *force) {
+    for (int k = model->cover_start[c]; k < model->cover_start[c + 1]; k++)
+        add_part(force, 1, system->element_force + 2 * (long)model->cover_element[k]);
+    if (model->n_tie > 0) add_part(force, 1, system->tie_force + 2 * (long)c);
 }
 
-static void add_supports(const nmm_system *system, const nmm_model *model, int c, double force[2]) {
+static inline void add_inertia(const nmm_system *system, int c, pair *force) {
+    for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++)
+        add_part(force, system->base_mass[k], system->acceleration + 2 * (long)system->base_col[k]);
+}
+
+static inline void add_supports(const nmm_system *system, const nmm_model *model, int c,
+                                pair *force) {
     for (int k = system->support_start[c]; k < system->support_start[c + 1]; k++) {
         const int s = system->cover_support[k] / model->n_local;
-        const double w = model->support[s].weight[system->cover_support[k] % model->n_local];
-        force[0] += w * system->support_force[2 * s];
-        force[1] += w * system->support_force[2 * s + 1];
+        add_part(force, model->support[s].weight[system->cover_support[k] % model->n_local],
+                 system->support_force + 2 * (long)s);
     }
 }
 
 // Of elements with m functions: a constant m is quick to divide by.
 static inline void add_contacts(const nmm_system *system, const nmm_model *model, int c, int m,
-                                double force[2]) {
+                                pair *force) {
     for (int k = system->edge_start[c]; k < system->edge_start[c + 1]; k++) {
         const int e = system->cover_edge[k] / m, i = system->cover_edge[k] % m;
         const double *weight = model->edge_weight + 2 * m * (long)e;
         const double *end = system->edge_force + 4 * (long)e;
-        force[0] += weight[i] * end[0] + weight[m + i] * end[2];
-        force[1] += weight[i] * end[1] + weight[m + i] * end[3];
+        pair of_edge = {0, 0};
+        add_part(&of_edge, weight[i], end);
+        add_part(&of_edge, weight[m + i], end + 2);
+        *force += of_edge;
     }
 }
 
 static void add_row(nmm_system *system, const nmm_model *model, int c) {
-    double inner[2] = {0, 0}, inertia[2] = {0, 0}, support[2] = {0, 0}, contact[2] = {0, 0};
-    add_inner(system, model, c, inner);
-    add_inertia(system, c, inertia);
-    add_supports(system, model, c, support);
+    pair inner = {0, 0}, inertia = {0, 0}, support = {0, 0}, contact = {0, 0}, load;
+    add_inner(system, model, c, &inner);
+    add_inertia(system, c, &inertia);
+    add_supports(system, model, c, &support);
     if (system->couples.n > 0 && model->order == 0)
-        add_contacts(system, model, c, 3, contact);
+        add_contacts(system, model, c, 3, &contact);
     else if (system->couples.n > 0)
-        add_contacts(system, model, c, model->n_local, contact);
-    system->scale[c] = 0;
-    for (int x = 0; x < 2; x++) {
-        const double load = system->load[2 * c + x];
-        const bool held = system->fixed != NULL && (system->fixed[c] >> x & 1);
-        const double sum = load - inner[x] - inertia[x] + support[x] + contact[x];
-        system->residual[2 * c + x] = held ? 0 : sum;
-        if (held) system->reaction[2 * c + x] = -sum;
-        if (system->contact_force != NULL) system->contact_force[2 * c + x] = contact[x];
-        system->scale[c] += load * load + inner[x] * inner[x] + inertia[x] * inertia[x] +
-                            support[x] * support[x] + contact[x] * contact[x];
+        add_contacts(system, model, c, model->n_local, &contact);
+    memcpy(&load, system->load + 2 * (long)c, sizeof load);
+    const pair sum = load - inner - inertia + support + contact;
+    const pair squares =
+        load * load + inner * inner + inertia * inertia + support * support + contact * contact;
+    system->scale[c] = squares[0] + squares[1];
+    if (system->contact_force != NULL)
+        memcpy(system->contact_force + 2 * (long)c, &contact, sizeof contact);
+    memcpy(system->residual + 2 * (long)c, &sum, sizeof sum);
+    for (int x = 0; x < 2 && system->fixed != NULL; x++) {
+        if (!(system->fixed[c] >> x & 1)) continue;
+        system->residual[2 * (long)c + x] = 0;
+        system->reaction[2 * (long)c + x] = -sum[x];
     }
 }
 
@@ -298,7 +303,7 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
     acceleration_pass(system, model, state, step);
     supports_pass(system, model, state, step->end);
     if (state->n_contact > 0) {
-        contacts_pass(system, model, state, touched != NULL ? &touched->contact : NULL, n_thread);
+        contacts_pass(system, state, touched != NULL ? &touched->contact : NULL, n_thread);
         edges_pass(system, model, touched != NULL ? &touched->edge : NULL, n_thread);
     }
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)

@@ -47,6 +47,8 @@ int nmm_chart_ticks(nmm_chart_scale scale, int at_most, nmm_chart_tick tick[NMM_
 
 void nmm_chart_colour(cairo_t *cairo, int k);
 
+/// Is the name of a level better at its left end, because curves are in its way at the right one?
+bool nmm_chart_level_left(const nmm_chart_view *view, const nmm_chart_level *level);
 /// Page units left of the plot, for numbers or names.
 double nmm_chart_left(const nmm_chart_view *view);
 /// Height that the panel's content asks for.

@@ -163,6 +163,31 @@ static void draw_series(const nmm_chart_view *view, const nmm_chart_series *s, i
     }
 }
 
+// Marks and corners of curves within a part of the page.
+static int points_within(const nmm_chart_view *view, nmm_rect part) {
+    int n = 0;
+    for (int k = 0; k < view->panel->n_series; k++) {
+        const nmm_chart_series *s = &view->panel->series[k];
+        for (int i = 0; i < s->n; i++) {
+            const double x = place_x(view, s->x[i]), y = place_y(view, s->y[i]);
+            n +=
+                x >= part.x && x <= part.x + part.width && y >= part.y && y <= part.y + part.height;
+        }
+    }
+    return n;
+}
+
+bool nmm_chart_level_left(const nmm_chart_view *view, const nmm_chart_level *level) {
+    // The name over its line with room for marks around it, at the right end and at the left one.
+    const double u = view->unit;
+    const double width = nmm_text_width(view->cairo, level->name, 20 * u, false) + 20 * u;
+    nmm_rect part = {view->plot.x + view->plot.width - width, place_y(view, level->y) - 32 * u,
+                     width, 36 * u};
+    const int right = points_within(view, part);
+    part.x = view->plot.x;
+    return right > points_within(view, part);
+}
+
 static void draw_levels(const nmm_chart_view *view) {
     const double u = view->unit;
     for (int i = 0; i < view->panel->n_level; i++) {
@@ -172,8 +197,10 @@ static void draw_levels(const nmm_chart_view *view) {
         line(view->cairo, view->plot.x, y, view->plot.x + view->plot.width, y);
         cairo_set_dash(view->cairo, NULL, 0, 0);
         cairo_set_source_rgb(view->cairo, 0.3, 0.3, 0.32);
-        nmm_draw_text(view->cairo, view->plot.x + view->plot.width - 8 * u, y - 7 * u, level->name,
-                      (nmm_text_style){.size = 20 * u, .across = 1});
+        const bool left = nmm_chart_level_left(view, level);
+        const double x = left ? view->plot.x + 8 * u : view->plot.x + view->plot.width - 8 * u;
+        nmm_draw_text(view->cairo, x, y - 7 * u, level->name,
+                      (nmm_text_style){.size = 20 * u, .across = left ? -1 : 1});
     }
 }
 
@@ -201,41 +228,62 @@ static double category_height(const nmm_chart_bars *bars) {
     return bars->n_bar * BAR + BETWEEN_CATEGORIES;
 }
 
-// The value behind a bar of one part; three digits.
-static void draw_value(const nmm_chart_view *view, double x, double y, double value) {
-    char text[32];
-    const double size = fabs(value);
-    nmm_tick_text(text, value, size >= 100 ? 1 : size >= 10 ? 0.1 : 0.01);
-    set_colour(view->cairo, ink);
-    nmm_draw_text(view->cairo, x + 8 * view->unit, y, text,
-                  (nmm_text_style){.size = 19 * view->unit, .across = -1, .up = 1});
+// Where bars begin, across.
+static double bar_start(const nmm_chart_view *view) {
+    return place_x(view, view->x.log ? pow(10, view->x.low) : 0);
+}
+
+static double bar_top(const nmm_chart_view *view, int category, int bar) {
+    const double above = category * category_height(view->panel->bars) + BETWEEN_CATEGORIES / 2.0;
+    return view->plot.y + (above + bar * BAR) * view->unit;
 }
 
 static void draw_bar(const nmm_chart_view *view, const double *value, double top, int colour) {
     const nmm_chart_bars *bars = view->panel->bars;
-    const double u = view->unit, height = (BAR - 4) * u;
-    const double low = view->x.log ? pow(10, view->x.low) : 0;
-    double sum = 0, from = place_x(view, low);
+    double sum = 0, from = bar_start(view);
     for (int part = 0; part < bars->n_part; part++) {
         if (!isfinite(value[part]) || value[part] <= 0) continue;
         sum += value[part];
         const double to = place_x(view, sum);
         nmm_chart_colour(view->cairo, bars->part != NULL ? part : colour);
-        cairo_rectangle(view->cairo, from, top, nmm_max(0, to - from), height);
+        cairo_rectangle(view->cairo, from, top, nmm_max(0, to - from), (BAR - 4) * view->unit);
         cairo_fill(view->cairo);
         from = to;
     }
-    if (bars->n_part == 1 && isfinite(value[0])) draw_value(view, from, top + height / 2, value[0]);
+}
+
+// The value behind a bar of one part; three digits, on white, so that no level strikes it out.
+static void draw_value(const nmm_chart_view *view, double y, double value) {
+    char text[32];
+    const double u = view->unit, size = fabs(value);
+    const double x = value > 0 ? place_x(view, value) : bar_start(view);
+    nmm_tick_text(text, value, size >= 100 ? 1 : size >= 10 ? 0.1 : 0.01);
+    cairo_set_source_rgb(view->cairo, 1, 1, 1);
+    cairo_rectangle(view->cairo, x + 4 * u, y - 11 * u,
+                    nmm_text_width(view->cairo, text, 19 * u, false) + 8 * u, 22 * u);
+    cairo_fill(view->cairo);
+    set_colour(view->cairo, ink);
+    nmm_draw_text(view->cairo, x + 8 * u, y, text,
+                  (nmm_text_style){.size = 19 * u, .across = -1, .up = 1});
+}
+
+static void draw_values(const nmm_chart_view *view) {
+    const nmm_chart_bars *bars = view->panel->bars;
+    for (int k = 0; bars->n_part == 1 && k < bars->n_category * bars->n_bar; k++) {
+        const double top = bar_top(view, k / bars->n_bar, k % bars->n_bar);
+        if (isfinite(bars->value[k]))
+            draw_value(view, top + (BAR - 4) * view->unit / 2, bars->value[k]);
+    }
 }
 
 static void draw_category(const nmm_chart_view *view, int category) {
     const nmm_chart_bars *bars = view->panel->bars;
     const double u = view->unit, height = category_height(bars) * u;
-    const double top = view->plot.y + category * height + BETWEEN_CATEGORIES / 2 * u;
+    const double top = bar_top(view, category, 0);
     const double middle = top + (height - BETWEEN_CATEGORIES * u) / 2;
     double left = view->plot.x - 12 * u;
     for (int bar = 0; bar < bars->n_bar; bar++) {
-        const double y = top + bar * BAR * u;
+        const double y = bar_top(view, category, bar);
         const long at = ((long)category * bars->n_bar + bar) * bars->n_part;
         draw_bar(view, bars->value + at, y, bar);
         if (bars->bar == NULL || bars->part == NULL) continue;
@@ -271,6 +319,7 @@ void nmm_chart_draw_bars(const nmm_chart_view *view) {
     for (int category = 0; category < view->panel->bars->n_category; category++)
         draw_category(view, category);
     draw_upright_levels(view);
+    draw_values(view);
     draw_frame(view);
 }
 

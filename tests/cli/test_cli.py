@@ -481,6 +481,22 @@ class Systems(Case):
         self.assertRegex(err, "error: a.mtx: not solved: matrix not positive definite .* rows 3 and 4")
         self.assertFalse(os.path.exists(self.at("u.mtx")))
 
+    def test_solutions_of_any_size(self):
+        for exponent, end, norm in (-200, "converged", 5e208), (200, "converged", 5e-192), (
+                -300, "out_of_range", 0):
+            self.write("a.mtx", "%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n"
+                                f"1 1 1e{exponent}\n2 2 1e{exponent}\n")
+            self.write("f.mtx", "%%MatrixMarket matrix array real general\n2 1\n3e8\n4e8\n")
+            solved, err = self.solve("a.mtx", "--rhs", "f.mtx", status=int(end != "converged"))
+            self.assertEqual(solved["end"], end)
+            self.assertAlmostEqual(solved["solution_norm"], norm, delta=1e-12 * norm)
+        self.assertRegex(err, "error: a.mtx: not solved: the solution is beyond the range of numbers")
+        # Numbers that fit, and a norm that does not.
+        self.write("f.mtx", "%%MatrixMarket matrix array real general\n2 1\n1.5e8\n1.5e8\n")
+        solved = self.solve("a.mtx", "--rhs", "f.mtx")[0]
+        self.assertEqual((solved["end"], solved["solution_norm"]), ("converged", None))
+        self.expect(0, "solve", "a.mtx", "--rhs", "f.mtx", out=r"\|u\| is beyond 1.8e308")
+
     def test_options_that_a_method_has_no_use_for(self):
         self.write("a.mtx", SYSTEM)
         for method in "auto", "pcg", "direct":
@@ -546,7 +562,11 @@ class Systems(Case):
         for rung in result["break_even"]["measured"]:
             self.assertGreater(rung["host_auto_seconds"], 0)
             self.assertRegex(rung["host_auto"], "^(direct|pcg, (cover|cluster|body))$")
+        self.assertEqual((result["break_even"]["failed"], result["host"]["reason"]), (None, ""))
         self.expect(0, "compare", "fall.yaml", "--steps", "3", out="equal in every bit")
+        self.expect(1, "compare", "fall.yaml", "--set", "solver.method=pcg", "--set",
+                    "solver.max_iterations=1", "--set", "time.dt_min=9e-4", out="target: ended early",
+                    err="host and target agree and ended early, solver_failed: dt would fall")
 
 
 class Readme(Case):

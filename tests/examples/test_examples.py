@@ -15,7 +15,8 @@ closes to 1e-6 of its largest term, nothing that can only be lost is gained. --q
 steps of each run, for builds in which every step is slow, and checks only that.
 
 Of the text around the table these are checked where a page has them: `The scene has N unknowns`,
-`` `--set covers.size=X` gives M ``, and the time over the second picture, `after T s`.
+`` `--set covers.size=X` gives M `` and that a few steps run with it (not with --quick), and the time
+over the second picture, `after T s`.
 """
 
 import json
@@ -90,6 +91,7 @@ def refuse(text):
 
 
 def run(program, scene, options, quick):
+    """What the run prints; quick: four steps of it."""
     if quick:
         with open(scene, encoding="utf-8") as file:
             dt = float(re.search(r"\bdt: ([\d.e+-]+)", file.read())[1])
@@ -116,6 +118,11 @@ def time_of_picture(page, scene):
     return float(re.search(rf"\b{key}: ([\d.e+-]+)", scene)[1]) * (int(frame[1]) if frame else 1)
 
 
+def sizes_of(page):
+    """Sizes of covers that the page names: the setting, and unknowns."""
+    return re.findall(r"`--set (covers\.size=[\d.]+)` gives (\d+)", page)
+
+
 def promises(program, folder):
     """What the text says beside the table; yields (what, is it so?)."""
     path = os.path.join(folder, "scene.yaml")
@@ -125,7 +132,7 @@ def promises(program, folder):
         scene = file.read()
     if found := re.search(r"The scene has (\d+) unknowns", page):
         yield f"{found[1]} unknowns", unknowns_of(program, path) == int(found[1])
-    for setting, number in re.findall(r"`--set (covers\.size=[\d.]+)` gives (\d+)", page):
+    for setting, number in sizes_of(page):
         yield (f"{setting} gives {number} unknowns",
                unknowns_of(program, path, ("--set", setting)) == int(number))
     if found := re.search(r"^\| before \| after ([\d.]+) s", page, re.M):
@@ -158,6 +165,13 @@ def check(program, folder, quick):
          ("as given", "max_penetration") in [row[:2] for row in table])
     for what, good in promises(program, folder):
         tell(what, good)
+    with open(os.path.join(folder, "README.md"), encoding="utf-8") as file:
+        sizes = [] if quick else sizes_of(file.read())
+    for setting, _ in sizes:
+        result = run(program, os.path.join(folder, "scene.yaml"), ["--set", setting], True)
+        print(f"\n{setting}, four steps:")
+        for what, good in always(result) if result else [("a result", False)]:
+            tell(what, good)
     for words in dict.fromkeys(row[0] for row in table):
         options = [] if words == "as given" else shlex.split(words)
         result = run(program, os.path.join(folder, "scene.yaml"), options, quick)

@@ -164,6 +164,34 @@ static void test_below_the_range_of_numbers(void **state) {
     }
 }
 
+// Displacements that no number holds: told as such, u stays as it was. Large ones are found.
+static void test_beyond_the_range_of_numbers(void **state) {
+    (void)state;
+    const double load[] = {1e100, 1e90};
+    for (int k = 0; k < 2; k++) {
+        fixture x;
+        set_up(&x);
+        for (int i = 0; i < 4 * x.system.n_block; i++)
+            x.system.K.value[i] *= 1e-210;
+        for (int i = 0; i < 2 * N_ROW; i++)
+            x.system.f[i] = load[k] * (1 + i % 3);
+        memset(x.u, 0, sizeof x.u);
+        if (k == 0) expect(&x, NMM_SOLVE_OUT_OF_RANGE, -1);
+        for (int m = 0; k > 0 && m < N_METHOD; m++) {
+            nmm_solve_options options = nmm_default_solve_options();
+            options.method = methods[m];
+            nmm_solve_report report;
+            memset(x.u, 0, sizeof x.u);
+            assert_int_equal(nmm_solve_host()->solve(&x.context, x.solver, &x.system.K, x.system.f,
+                                                     x.u, false, &options, &report),
+                             NMM_OK);
+            assert_int_equal(report.end, NMM_SOLVE_CONVERGED);
+            assert_true(wide_residual(&x.system, x.u) <= 1.001e-8L);
+        }
+        tear_down(&x);
+    }
+}
+
 static void test_diagonal_not_positive(void **state) {
     (void)state;
     const double block[][4] = {{0, 0, 0, 0},  {1, 0, 0, 0},      {0, 0, 0, 1},        {-1, 0, 0, 1},
@@ -523,7 +551,7 @@ static void test_names(void **state) {
     (void)state;
     assert_string_equal(nmm_solve_method_name(NMM_SOLVE_PCG), "pcg");
     assert_string_equal(nmm_solve_method_name((nmm_solve_method)99), "unknown");
-    for (int end = NMM_SOLVE_BAD_PATTERN; end <= NMM_SOLVE_CONVERGED; end++)
+    for (int end = NMM_SOLVE_OUT_OF_RANGE; end <= NMM_SOLVE_CONVERGED; end++)
         assert_string_not_equal(nmm_solve_end_name((nmm_solve_end)end), "unknown");
     assert_string_equal(nmm_solve_end_name((nmm_solve_end)5), "unknown");
 }
@@ -534,6 +562,7 @@ int main(void) {
         cmocka_unit_test(test_numbers_nobody_needs),
         cmocka_unit_test(test_numbers_without_load),
         cmocka_unit_test(test_below_the_range_of_numbers),
+        cmocka_unit_test(test_beyond_the_range_of_numbers),
         cmocka_unit_test(test_diagonal_not_positive),
         cmocka_unit_test(test_bad_patterns),
         cmocka_unit_test(test_one_sided),

@@ -132,6 +132,29 @@ static void test_log_ticks(void **state) {
     assert_true(n > 0 && n <= NMM_MOST_TICK);
 }
 
+// --- Names of levels
+
+static void test_level_keeps_clear_of_marks(void **state) {
+    (void)state;
+    cairo_surface_t *surface = cairo_image_surface_create(CAIRO_FORMAT_ARGB32, 10, 10);
+    cairo_t *cairo = cairo_create(surface);
+    const double x[2] = {0.95, 0.5}, y[2] = {0.52, 0.9};
+    const nmm_chart_series series = {"s", x, y, 2, NMM_CHART_MARKS};
+    const nmm_chart_level low = {"a level", 0.2}, middle = {"a level", 0.5};
+    const nmm_chart_panel panel = {.n_series = 1, .series = &series};
+    const nmm_chart_view view = {.panel = &panel,
+                                 .cairo = cairo,
+                                 .unit = 1,
+                                 .plot = {0, 0, 800, 600},
+                                 .x = {false, 0, 1},
+                                 .y = {false, 0, 1}};
+    // To the right as a rule; to the left where a mark is in the way there.
+    assert_false(nmm_chart_level_left(&view, &low));
+    assert_true(nmm_chart_level_left(&view, &middle));
+    cairo_destroy(cairo);
+    cairo_surface_destroy(surface);
+}
+
 // --- Files
 
 static void test_kinds(void **state) {
@@ -243,13 +266,10 @@ static void test_memory(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ranges),
-        cmocka_unit_test(test_range_without_data),
-        cmocka_unit_test(test_log_ticks),
-        cmocka_unit_test(test_kinds),
-        cmocka_unit_test(test_size),
-        cmocka_unit_test(test_wrong),
-        cmocka_unit_test(test_nothing_to_draw),
+        cmocka_unit_test(test_ranges),    cmocka_unit_test(test_range_without_data),
+        cmocka_unit_test(test_log_ticks), cmocka_unit_test(test_level_keeps_clear_of_marks),
+        cmocka_unit_test(test_kinds),     cmocka_unit_test(test_size),
+        cmocka_unit_test(test_wrong),     cmocka_unit_test(test_nothing_to_draw),
         cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, fixture_clean);

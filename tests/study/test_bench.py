@@ -95,7 +95,15 @@ class Bench(unittest.TestCase):
         self.assertIn("bench/table1.csv", done.stdout)
 
     def test_fig6(self):
-        self.measure("fig6")
+        done, rows = self.measure("fig6")
+        # What is said of each method is what its column comes to: 1e-3 and 1e-6, and stays below.
+        titles = {"sor": "SOR(1.9)", "gauss_seidel": "Gauss-Seidel", "chebyshev": "Chebyshev",
+                  "pcg": "PCG, 2x2"}
+        for column, title in titles.items():
+            last = float([r[column] for r in rows if r[column]][-1])
+            said = re.search(rf"(?m)^{re.escape(title)}: (.*)$", done.stdout)[1]
+            self.assertEqual("1e-3 at" in said, last <= 1e-3, said)
+            self.assertEqual("not reached" not in said, last <= 1e-6, said)
 
     def test_fig6_of_a_static_scene(self):
         # Systems of statics are ill-conditioned: a small residual is no exact solution there.
@@ -246,9 +254,24 @@ class Bench(unittest.TestCase):
         program.send_signal(signal.SIGINT)
         output, messages = program.communicate(timeout=200)
         self.assertEqual(program.returncode, 1, messages)
+        self.assertIn("ending after this measurement", messages)
         self.assertIn("ended early", messages)
         if "Written" in output:
             self.check_pictures("contact", self.at("bench"))
+
+    def test_interrupted_twice(self):
+        program = subprocess.Popen([PROGRAM, "bench", "only"], cwd=self.folder,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        while not os.path.exists(self.at("bench")) and program.poll() is None:
+            time.sleep(0.05)
+        for _ in range(2):
+            time.sleep(0.5)
+            program.send_signal(signal.SIGINT)
+        _, messages = program.communicate(timeout=200)
+        self.assertEqual(program.returncode, 1, messages)
+        self.assertNotIn("frame", messages)
+        if "ended at once" in messages:
+            self.assertIn("nothing of this measurement was written", messages)
 
     def test_help(self):
         done = self.run_bench("--help")

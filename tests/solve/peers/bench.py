@@ -104,9 +104,10 @@ class Bench:
     # --- Systems
 
     def dump(self, name, scene, step, courant, settings=()):
-        """The file of a system; made when it is not there or older than the scene."""
+        """The file of a system; made when it is not there, or older than its scene or what makes it."""
         path = os.path.join(self.systems, name + ".sys")
-        if not os.path.exists(path) or os.path.getmtime(path) < os.path.getmtime(scene):
+        made_from = scene, os.path.join(self.programs, "dump_system")
+        if not os.path.exists(path) or os.path.getmtime(path) < max(map(os.path.getmtime, made_from)):
             print(self.call("dump_system", scene, step, courant, path, *settings), end="")
         return path
 
