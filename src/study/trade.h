@@ -80,6 +80,7 @@ struct nmm_trade {
     nmm_trade_setting setting[NMM_TRADE_SETTINGS];
     nmm_trade_row row[NMM_TRADE_SETTINGS]; // [bench->n_row]
     nmm_trade_knob ladder;                 // that the reference comes from; NMM_TRADE_SCENE: none
+    double order_off;                      // of the sizes of order 2, where they are the reference
     bool too_long;                         // some run was
     int reference_row;                     // a run that is the reference itself; -1: none
     const char *unseen;                    // what the reference knows nothing of: "dt, scheme"

@@ -41,19 +41,34 @@ double nmm_trade_distance(const nmm_trade *trade, const double *a, const double 
 
 // --- Ladders
 
+// Add row i, from coarse to fine.
+static void climb(const nmm_bench *bench, nmm_trade_ladder *l, int i) {
+    int at = l->n++;
+    for (; at > 0; at--) {
+        const nmm_trade_row *before = &bench->trade->row[l->row[at - 1]];
+        if (before->setting->factor >= bench->trade->row[i].setting->factor) break;
+        l->row[at] = l->row[at - 1];
+    }
+    l->row[at] = i;
+}
+
 nmm_trade_ladder nmm_trade_find_ladder(const nmm_bench *bench, nmm_trade_knob knob) {
     nmm_trade_ladder l = {0};
     for (int i = 0; i < bench->n_row; i++) {
         const nmm_trade_row *row = &bench->trade->row[i];
         const nmm_trade_knob own = row->setting->knob;
-        if (!row->completed || (own != knob && own != NMM_TRADE_SCENE)) continue;
-        int at = l.n++;
-        for (; at > 0; at--) {
-            const nmm_trade_row *before = &bench->trade->row[l.row[at - 1]];
-            if (before->setting->factor >= row->setting->factor) break;
-            l.row[at] = l.row[at - 1];
-        }
-        l.row[at] = i;
+        if (row->completed && (own == knob || own == NMM_TRADE_SCENE)) climb(bench, &l, i);
+    }
+    return l;
+}
+
+// Sizes of another order than the scene's own.
+static nmm_trade_ladder ladder_of_order(const nmm_bench *bench, const char *order) {
+    nmm_trade_ladder l = {0};
+    for (int i = 0; i < bench->n_row; i++) {
+        const nmm_trade_row *row = &bench->trade->row[i];
+        if (!row->completed || row->setting->knob != NMM_TRADE_ORDER) continue;
+        if (strcmp(row->setting->override[0], order) == 0) climb(bench, &l, i);
     }
     return l;
 }
@@ -224,6 +239,7 @@ static double off_by(const nmm_bench *bench, nmm_trade_knob knob) {
         return limit_of(bench->trade, &l).off;
     }
     case NMM_TRADE_SIZE:
+        if (bench->trade->ladder == NMM_TRADE_ORDER) return bench->trade->order_off;
         return off_by_ladder(bench, knob, NMM_TRADE_ORDER);
     case NMM_TRADE_DT:
         return off_by_ladder(bench, knob, NMM_TRADE_SCHEME);
@@ -285,6 +301,28 @@ static bool take_ladder(nmm_bench *bench, nmm_trade_knob knob, limit *found) {
     return true;
 }
 
+// True: orders 1 and 2 agree with each other more closely than the sizes of order 0 know their
+// limit, and with that limit as far as it is known. Then order 2 is the reference, and how far
+// order 1 is from it says how well it is known: two ways to one answer again.
+static bool take_orders(nmm_bench *bench, limit *found) {
+    nmm_trade *trade = bench->trade;
+    const nmm_trade_ladder lower = ladder_of_order(bench, "covers.order=1");
+    const nmm_trade_ladder upper = ladder_of_order(bench, "covers.order=2");
+    if (lower.n < 3 || upper.n < 3) return false;
+    const limit one = limit_of(trade, &lower), two = limit_of(trade, &upper);
+    const double off = nmm_max(two.off, nmm_trade_distance(trade, one.value, two.value));
+    if (!(nmm_trade_size(trade, two.value) > 0)) return false;
+    if (off >= off_by_ladder(bench, NMM_TRADE_SIZE, NMM_TRADE_ORDER)) return false;
+    if (nmm_trade_distance(trade, found->value, two.value) > found->off + off) return false;
+    *found = two;
+    memcpy(trade->result.reference, two.value, sizeof two.value);
+    trade->ladder = NMM_TRADE_ORDER;
+    trade->order_off = off;
+    trade->result.source = two.regular ? "extrapolated" : "finest run";
+    trade->reference_row = two.regular ? -1 : upper.row[upper.n - 1];
+    return true;
+}
+
 nmm_status nmm_trade_find_reference(nmm_bench *bench) {
     // The ladder that refines most at once comes first.
     static const nmm_trade_knob ladders[] = {NMM_TRADE_BOTH,   NMM_TRADE_SIZE,
@@ -304,6 +342,7 @@ nmm_status nmm_trade_find_reference(nmm_bench *bench) {
         const char *name = nmm_trade_knob_name((int)ladders[k]);
         limit found;
         if (!take_ladder(bench, ladders[k], &found)) continue;
+        if (ladders[k] == NMM_TRADE_SIZE && take_orders(bench, &found)) name = "size with order 2";
         if (found.regular)
             TRY(nmm_bench_words(bench, &how,
                                 "extrapolated from the last three runs of %s, which converge with "

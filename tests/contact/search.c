@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The search: pairs of edges against all pairs, the same contacts for any number of threads and
-// whether the index was reused or made anew.
+// The search: pairs of edges and contacts against all pairs, the same contacts for any number of
+// threads and whether the index was reused or made anew.
 
 #include "bodies.h"
 
@@ -183,6 +183,107 @@ static void test_reused_or_new_index(void **unused) {
     bodies_close(&anew);
 }
 
+/// Velocity and spin of each block in a step.
+typedef struct drift {
+    double v[MOST_BLOCKS][3];
+} drift;
+
+// Where they are in step k.
+static void put_drifting(bodies *b, const heap *h, const drift *d, int k) {
+    for (int block = 0; block < h->n; block++) {
+        const double *v = d->v[block];
+        bodies_put(b, block, k * v[0], k * v[1], k * v[2]);
+    }
+}
+
+static void step_drifting(bodies *b, const heap *h, const drift *d, int k, double reach) {
+    put_drifting(b, h, d, k);
+    bodies_find(b, reach);
+    bodies_evaluate(b);
+    bodies_commit(b, NULL);
+}
+
+// Puts all pairs of edges into the place of those of the grid, as if found right now and for the
+// same distance as another index.
+static void take_all_pairs(bodies *b, const bodies *other) {
+    nmm_contact_search *s = b->search;
+    const int n = b->model.n_vertex, most = n * (n - 1) / 2;
+    assert_int_equal(nmm_grow(&b->context, &s->pair, &s->pair_capacity, most, sizeof *s->pair),
+                     NMM_OK);
+    s->n_pair = 0;
+    s->n_chunk = 0;
+    s->built_for = other->search->built_for;
+    for (int e = 0; e < n; e++) {
+        for (int k = e + 1; k < n; k++)
+            if (nmm_edges_can_meet(&b->model, e, k)) s->pair[s->n_pair++] = (nmm_edge_pair){e, k};
+    }
+    for (int v = 0; v < n; v++) {
+        const nmm_vec2 place = nmm_vertex_place(&b->model, &b->state, v);
+        s->built_at[2 * v] = place.x;
+        s->built_at[2 * v + 1] = place.y;
+    }
+}
+
+// An index that serves several steps, at different numbers of threads, against all pairs in each.
+static void check_against_all_pairs(const heap *h, const drift *d, int least_contacts) {
+    enum { STEPS = 60 };
+    bodies reused = open_heap(h, 0.3, 1), shared = open_heap(h, 0.3, 3);
+    bodies all = open_heap(h, 0.3, 1);
+    int kept = 0, n_most = 0, n_all = -1;
+    for (int k = 0; k < STEPS; k++) {
+        const double at = reused.search->built_at[1];
+        step_drifting(&reused, h, d, k, 0.03);
+        step_drifting(&shared, h, d, k, 0.03);
+        kept += reused.search->built_at[1] == at;
+        // The first step makes an index in any case.
+        put_drifting(&all, h, d, k);
+        if (k > 0) take_all_pairs(&all, &reused);
+        if (k > 0) n_all = all.search->n_pair;
+        step_drifting(&all, h, d, k, 0.03);
+        if (k > 0) assert_int_equal(all.search->n_pair, n_all);
+        n_most = nmm_max_int(n_most, all.state.n_contact);
+        assert_same_lists(&reused, &all);
+        assert_same_lists(&shared, &all);
+    }
+    assert_true(n_most >= least_contacts);
+    assert_in_range(kept, STEPS / 4, STEPS - 1);
+    bodies_close(&reused);
+    bodies_close(&shared);
+    bodies_close(&all);
+}
+
+static void test_heap_against_all_pairs(void **unused) {
+    (void)unused;
+    static heap h;
+    static drift d;
+    nmm_random random = nmm_random_seed(11);
+    make_heap(&h, 60, &random);
+    for (int k = 0; k < h.n; k++) {
+        for (int i = 0; i < 3; i++)
+            d.v[k][i] = 0.008 * (nmm_random_unit(&random) - 0.5);
+    }
+    check_against_all_pairs(&h, &d, 30);
+}
+
+// Couples of boxes that come straight at each other, from just beyond the index to nearly a
+// touch: nothing but the motion says when it must be made anew.
+static void test_couples_against_all_pairs(void **unused) {
+    (void)unused;
+    enum { COUPLES = 30 };
+    static heap h;
+    static drift d;
+    h.n = 2 * COUPLES;
+    for (int k = 0; k < h.n; k++) {
+        const double gap = 0.1 + 0.03 * (k / 2) / COUPLES, side = k % 2;
+        const nmm_vec2 low = {3 * (k / 2), side * (1 + gap)};
+        const nmm_vec2 box[4] = BOX(low.x, low.y, low.x + 1, low.y + 1);
+        memcpy(h.corner[k], box, sizeof box);
+        h.loops[k] = (loop){k, 4, h.corner[k]};
+        d.v[k][1] = (0.5 - side) * (gap - 0.005) / 60;
+    }
+    check_against_all_pairs(&h, &d, 2 * COUPLES);
+}
+
 // Sorted by vertex, then edge, without repetition; vertex and edge of different places.
 static void test_sorted(void **unused) {
     (void)unused;
@@ -349,6 +450,8 @@ int main(void) {
         cmocka_unit_test(test_far_away),
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_reused_or_new_index),
+        cmocka_unit_test(test_heap_against_all_pairs),
+        cmocka_unit_test(test_couples_against_all_pairs),
         cmocka_unit_test(test_sorted),
         cmocka_unit_test(test_allocation_failures),
         cmocka_unit_test(test_no_allocation_in_a_steady_loop),

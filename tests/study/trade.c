@@ -364,6 +364,43 @@ static void a_claim_holds_against_the_closed_form(void **unused) {
     }
 }
 
+// A cantilever under a couple at its end: the tip goes M L^2 / (2 E I) = 6 mm down. Sizes of order
+// 0 are far from it, those of order 1 and 2 are not.
+static const char *const couple =
+    "nmm: 1\n"
+    "gravity: [0, 0]\n"
+    "domain: [{polygon: [[0, -0.5], [10, -0.5], [10, 0.5], [0, 0.5]]}]\n"
+    "materials: {m: {density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.25, plane: stress}}\n"
+    "covers: {size: 0.7}\n"
+    "supports: [{segment: [[0, -0.5], [0, 0.5]], fix: x}, {point: [0, 0], fix: y}]\n"
+    "loads:\n"
+    "  - {point: [10, 0.5], force: [1e4, 0]}\n"
+    "  - {point: [10, -0.5], force: [-1e4, 0]}\n"
+    "analysis: {kind: static}\n"
+    "monitors: [{name: tip, point: [10, 0]}]\n";
+
+static void higher_orders_are_the_reference(void **unused) {
+    (void)unused;
+    write_text("couple.yaml", couple);
+    for (int orders = 0; orders < 2; orders++) {
+        nmm_trade_def def = definition("couple.yaml");
+        def.quick = 0;
+        def.knobs = orders != 0 ? "size,order" : "size";
+        def.want = 0.01;
+        nmm_bench *bench = measure(&def);
+        const nmm_trade_result result = nmm_trade_result_of(bench);
+        const double off = hypot(result.reference[0], result.reference[1] + 0.006) / 0.006;
+        assert_true(off <= result.unsure);
+        assert_true(orders != 0 ? result.unsure < 2e-3 : result.unsure > 0.05);
+        assert_int_equal(result.cheapest >= 0, orders);
+        if (orders != 0) {
+            said_of(bench, "size with order 2");
+            assert_true(0.01 * number(bench, result.cheapest, "error") < def.want);
+        }
+        nmm_bench_destroy(bench);
+    }
+}
+
 // A scene that is right by luck is so with another tolerance or precision as well: there its finer
 // meshes tell. What it comes to is given as the closed form here.
 static void luck_has_no_other_name(void **unused) {
@@ -596,6 +633,7 @@ int main(void) {
         cmocka_unit_test(options_and_lines_are_the_setting),
         cmocka_unit_test(what_cannot_be_reached_or_told_is_said),
         cmocka_unit_test(a_claim_holds_against_the_closed_form),
+        cmocka_unit_test(higher_orders_are_the_reference),
         cmocka_unit_test(luck_has_no_other_name),
         cmocka_unit_test(the_error_wanted_counts_the_reference),
         cmocka_unit_test(a_run_that_fails_is_a_row),
