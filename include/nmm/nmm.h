@@ -161,7 +161,7 @@ typedef struct nmm_summary {
     nmm_ledger ledger;
     long pressed;    ///< closed contacts of `contact.method: augmented`, summed over the steps;
                      ///< in statics those of the last step
-    long not_raised; ///< of them those whose force the springs held alone, steps being too short
+    long not_raised; ///< of them those whose force the springs held alone
     double max_penetration;  ///< [m] over the whole run
     double max_support_give; ///< [m] largest distance of a held point from its prescribed place
     double cover_size;       ///< [m]

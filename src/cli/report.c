@@ -104,8 +104,9 @@ static void print_precision(const nmm_summary *s) {
 // Where augmented contact did nothing, or not all: the answer goes by the penalty there.
 static void print_carried(const nmm_summary *s) {
     if (s->not_raised == 0) return;
-    printf("  augmented contact carried %s: in %ld of %ld closed contacts of all steps the step "
-           "(or the contact) was too short for it, and springs of the penalty alone act\n",
+    printf("  augmented contact carried %s: in %ld of %ld closed contacts of all steps springs of "
+           "the penalty alone act: the contact is too short for more, or a short step did not "
+           "settle otherwise\n",
            s->not_raised == s->pressed ? "nothing" : "only part", s->not_raised, s->pressed);
 }
 

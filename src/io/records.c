@@ -98,7 +98,7 @@ static const nmm_h5_column summary_column[] = {
     LEDGER("rounding", 'd', rounding, "J", "what rounding may make of gain and residual"),
     LEDGER("ledger_warning", 's', warning, "", "limits that are passed, since when, where"),
     SUMMARY('l', pressed, "", "closed contacts of method augmented, summed over the steps"),
-    SUMMARY('l', not_raised, "", "of them those in steps too short to carry what springs hold"),
+    SUMMARY('l', not_raised, "", "of them those whose forces springs alone held"),
     SUMMARY('d', max_penetration, "m", "largest overlap of the run"),
     SUMMARY('d', max_support_give, "m", "largest distance of a held point from its place"),
     SUMMARY('d', cover_size, "m", "distance of neighbouring lattice nodes"),

@@ -140,7 +140,7 @@ typedef struct nmm_contact {
     bool bonded;           // cohesion and tension still act
     bool broken;           // was bonded once: residual friction from now on
     bool breaking;         // the bond gave way in this try of the step
-    bool hasty; // augmented: springs act alone, the step or the contact is too short for more
+    bool hasty; // augmented: the spring acts alone, in a short step or contact: see eq. (5.14)
     double normal_stiffness, shear_stiffness; // [N/m]
     double anchor; // edge parameter where the shear spring is tied, at the start of the step
     double rest;   // [m] overlap it was found with, <= 0: carries no force

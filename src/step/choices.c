@@ -105,11 +105,11 @@ static void say_contact(text *out, const nmm_sim *sim) {
     const nmm_costs *costs = &sim->costs;
     const bool contact = sim->search != NULL;
     const bool augmented = contact && sim->settings.contact_method == NMM_CONTACT_AUGMENTED;
-    char raised[160] = "contact.method augmented: further rounds of passes, no memory";
+    char raised[180] = "contact.method augmented: further rounds of passes, no memory";
     if (augmented && !sim->settings.is_static)
         snprintf(raised, sizeof raised,
-                 "contact.method augmented: forces are carried in steps of about %.2g s and more, "
-                 "by further rounds of passes; shorter ones leave them to the penalty",
+                 "contact.method augmented: forces are carried, by further rounds of passes; where "
+                 "steps below %.2g s do not settle so, they leave them to the penalty",
                  nmm_system_carrying_step(&sim->system, sim->model.n_cover));
     const feature list[] = {
         {"contact", contact, 0,

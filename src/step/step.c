@@ -17,6 +17,9 @@
 // Energy over the largest of the run, from which on it matters that overlaps gained it.
 #define PUSHED 1e-3
 
+// Short steps in a row, at most, that are left to springs after one in which carrying was in vain.
+#define MOST_ALONE 7
+
 // Elements below this part of the mean area are slivers.
 #define SLIVER 1e-6
 
@@ -317,13 +320,34 @@ static void end_early(nmm_sim *sim, nmm_try outcome, double h) {
 static bool may_be_gentle(const nmm_sim *sim, nmm_try outcome) {
     const bool in_vain =
         outcome == NMM_TRY_FLIPS || outcome == NMM_TRY_FORCES || outcome == NMM_TRY_CARRIED;
-    return in_vain && sim->stiff && !sim->gentle;
+    return in_vain && sim->carried.stiff && !sim->carrying.gentle;
+}
+
+// Another way for contacts to hold in a step as long: in a short one springs alone, which inertia
+// makes easy, or gentle ones. The next steps are not tried otherwise, for longer each time.
+static bool holds_otherwise(nmm_sim *sim, nmm_try outcome) {
+    if (outcome == NMM_TRY_MOVED || outcome == NMM_TRY_INSIDE_OUT) return false;
+    const bool alone = sim->carried.quick;
+    sim->carrying.gentle = !alone && may_be_gentle(sim, outcome);
+    if (!alone) return sim->carrying.gentle;
+    sim->carrying.alone = true;
+    sim->n_alone = nmm_min_int(2 * sim->n_alone + 1, MOST_ALONE);
+    sim->left_alone = sim->n_alone + 1;
+    return true;
+}
+
+// An accepted step: one less to be left to springs, or forces were carried in it.
+static void count_alone(nmm_sim *sim) {
+    if (sim->left_alone > 0)
+        sim->left_alone -= 1;
+    else if (sim->carried.quick)
+        sim->n_alone = 0;
 }
 
 // Overlaps of short steps that the first long one pushes out, against the inertia of a whole block
 // or another corner that is wedged in: a work of any size that nothing has stored.
 static bool must_keep_overlaps(const nmm_sim *sim) {
-    if (sim->spring_overlaps != NMM_OVERLAPS_GO || sim->system.cover_give == NULL) return false;
+    if (sim->carrying.overlaps != NMM_OVERLAPS_GO || sim->system.cover_give == NULL) return false;
     if (sim->search == NULL) return false;
     const double stored = nmm_contact_pushed(sim->search, &sim->state, sim->start_contact);
     const double gained = nmm_ledger_contact_work(sim) + stored - sim->contact_energy.elastic;
@@ -335,8 +359,12 @@ static bool must_keep_overlaps(const nmm_sim *sim) {
 // Tries until one settles; *h is its length. report->end tells when none did.
 static nmm_status settle_step(nmm_sim *sim, double *h) {
     nmm_step_report *report = &sim->report;
-    sim->spring_overlaps = sim->settings.is_static ? NMM_OVERLAPS_AT_REST : NMM_OVERLAPS_GO;
-    for (sim->gentle = false;;) {
+    const bool is_static = sim->settings.is_static;
+    sim->carrying = (nmm_carrying){
+        .alone = is_static || sim->left_alone > 0,
+        .overlaps = is_static ? NMM_OVERLAPS_AT_REST : NMM_OVERLAPS_GO,
+    };
+    for (;;) {
         nmm_try outcome = NMM_TRY_SETTLED;
         TRY(nmm_step_try(sim, *h, &outcome));
         if (report->move > 1 + 1e-9 && outcome == NMM_TRY_SETTLED) outcome = NMM_TRY_MOVED;
@@ -351,11 +379,10 @@ static nmm_status settle_step(nmm_sim *sim, double *h) {
         }
         if (outcome == NMM_TRY_SETTLED && !must_keep_overlaps(sim)) return NMM_OK;
         if (outcome == NMM_TRY_SETTLED) {
-            sim->spring_overlaps = NMM_OVERLAPS_STAY;
+            sim->carrying.overlaps = NMM_OVERLAPS_STAY;
             continue;
         }
-        sim->gentle = may_be_gentle(sim, outcome);
-        if (sim->gentle) continue;
+        if (holds_otherwise(sim, outcome)) continue;
         *h = shorter(sim, *h, outcome);
         report->cuts += 1;
         sim->summary.dt_cuts += 1;
@@ -386,6 +413,7 @@ static nmm_status do_step(nmm_sim *sim) {
     if (report->end != NMM_END_RUNNING) return NMM_OK;
     // Steps of statics are too different to be compared.
     if (!sim->settings.is_static) nmm_friction_end(&sim->friction);
+    count_alone(sim);
     TRY(accept_step(sim, h));
     plan_next(sim, h);
     report->step = sim->state.step;

@@ -25,9 +25,11 @@
 /// How far covers may go at most, as a part of their size, before all of the matrix is made anew.
 #define NMM_DRIFT 1e-2
 
-/// Augmented contact: part of a force that a spring may hold beside the carried force, and which
-/// may be left where neither raising nor stiffer springs gain more.
+/// Augmented contact: part of a force that a spring may hold beside the carried force, in long
+/// steps and in short ones, whose forces change from step to step; and which may be left where
+/// neither raising nor stiffer springs gain more.
 #define NMM_SPRING_SHARE 1e-5
+#define NMM_SPRING_SHARE_QUICK 1e-4
 #define NMM_SPRING_SHARE_LEFT 1e-2
 
 /// Augmented contact: where a round leaves more than this part of what springs held, they become
@@ -211,10 +213,10 @@ struct nmm_sim {
     double *start_position;                      // [n_point][2]
     double *start_support;                       // [n_support][2]
     const nmm_contact *start_contact;            // the search has it
-    nmm_overlaps spring_overlaps;                // what becomes of them in this try
-    bool gentle; // springs of augmented contacts have the least stiffness in this try
-    bool stiff;  // some had more in the last one
-    bool tried;  // this step: the state may be that of a try
+    nmm_carrying carrying;                       // of augmented contacts, in this try
+    nmm_carried carried;                         // in the last one
+    int n_alone, left_alone; // short steps left to springs the last time, and still
+    bool tried;              // this step: the state may be that of a try
 
     // Stored energies at the last accepted state [J].
     double kinetic, strain, support, contact;

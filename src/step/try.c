@@ -371,16 +371,16 @@ static bool raise_contacts(nmm_sim *sim, passes *p) {
     if (sim->search == NULL) return false;
     const double before = p->give;
     p->give = nmm_contact_give(sim->search, &sim->model, &sim->state) / p->stiffer;
-    if (p->give <= NMM_SPRING_SHARE) return false;
+    if (p->give <= (sim->carried.quick ? NMM_SPRING_SHARE_QUICK : NMM_SPRING_SHARE)) return false;
     const bool slow = p->give > NMM_SPRING_GAIN * before;
     // Gently: only where little is left, so that nothing opens for it.
-    const bool allowed = !sim->gentle || p->give <= NMM_SPRING_SHARE_LEFT;
+    const bool allowed = !sim->carrying.gentle || p->give <= NMM_SPRING_SHARE_LEFT;
     const bool stiffer = slow && allowed && may_stiffen(sim, p);
     if (!stiffer && p->give > 0.9 * before && p->give <= NMM_SPRING_SHARE_LEFT) return false;
     nmm_contact_raise(sim->search, &sim->state, stiffer ? NMM_SPRING_STIFFER : 1);
     if (!stiffer) return true;
     p->stiffer *= NMM_SPRING_STIFFER;
-    sim->stiff = true;
+    sim->carried.stiff = true;
     // The matrix has the springs as they were.
     p->drift = INFINITY;
     return true;
@@ -580,8 +580,7 @@ nmm_status nmm_step_try(nmm_sim *sim, double h, nmm_try *outcome) {
     nmm_supports_begin(sim);
     sim->overlaps = false;
     restore_start(sim);
-    sim->stiff = nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h, sim->gentle,
-                                    sim->spring_overlaps);
+    sim->carried = nmm_system_stiffen(&sim->system, &sim->model, &sim->state, h, sim->carrying);
     begin_move(sim, h, step.end);
     // Carried forces remember the way that passes take, and statics have many equilibria. Under
     // loads that set in at once bodies that touch may part anywhere: large slopes then found no

@@ -4,9 +4,9 @@
 // k / (k + K) at a time, where K is the stiffness of the bodies beside; so k is a multiple of that
 // at least, whatever penalty the scene gives. It goes by the length that a contact stands for, as
 // the penalty does: else a uniform pressure would bring forces about that are far from uniform. In
-// short steps inertia is stiffer than any spring: carried forces would follow slowly, and do work
-// that nothing has stored. There they stay as they are, and so they do where joints cross. Equation
-// (5.14) of docs/theory/5-contact.md.
+// short steps K is mostly inertia, and k grows with it: carried forces that follow slowly, over
+// many steps, would do work that nothing has stored. Where joints cross they stay as they are, and
+// so they do in short steps whose passes find no end. Equation (5.14) of docs/theory/5-contact.md.
 
 #include "system.h"
 
@@ -20,7 +20,7 @@
 #define SHORT 1e-5
 #define DEEP 10.0
 
-// Inertia over that stiffness, up to which a step is slow.
+// Inertia over the stiffness of the covers, up to which a step is slow.
 #define SLOW 0.01
 
 // Stiffness of the local function i of element e, whose linear functions have the gradients g; of a
@@ -124,18 +124,22 @@ static void keep_forces(const nmm_model *model, const nmm_state *state, nmm_cont
     nmm_contact_keep(model, state, contact, contact->gap);
 }
 
-static double confined_modulus(const nmm_system *system, const nmm_model *model, int edge) {
-    const nmm_elastic *elastic =
-        &system->elastic[model->element_material[model->edge_element[edge]]];
-    return 2 * elastic->mu + nmm_max(0, elastic->lambda);
+// Of a confined body, and what inertia [1/s2] adds to it over the size of a cover.
+static double confined_modulus(const nmm_system *system, const nmm_model *model, int edge,
+                               double inertia) {
+    const int m = model->element_material[model->edge_element[edge]];
+    const nmm_elastic *elastic = &system->elastic[m];
+    return 2 * elastic->mu + nmm_max(0, elastic->lambda) +
+           inertia * model->material[m].density * model->size * model->size;
 }
 
 static double least_stiffness(const nmm_system *system, const nmm_model *model,
-                              const nmm_contact *contact) {
+                              const nmm_contact *contact, double inertia) {
     const int v = contact->vertex;
-    const double both = nmm_contact_modulus(confined_modulus(system, model, v),
-                                            confined_modulus(system, model, model->vertex_prev[v]),
-                                            confined_modulus(system, model, contact->edge));
+    const double both =
+        nmm_contact_modulus(confined_modulus(system, model, v, inertia),
+                            confined_modulus(system, model, model->vertex_prev[v], inertia),
+                            confined_modulus(system, model, contact->edge, inertia));
     return LEAST * both * contact->spring_length / model->size;
 }
 
@@ -147,10 +151,16 @@ static bool is_crossing(const nmm_model *model, const nmm_contact *contact) {
     return contact->spring_length < nmm_max(SHORT * model->size, DEEP * overlap);
 }
 
-bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
-                        double h, bool gentle, nmm_overlaps overlaps) {
-    bool stiff = false;
-    if (system->cover_give == NULL) return stiff;
+// The step is short where inertia holds the covers rather than their stiffness does, or more than
+// the springs do (a hard body on a soft one that is held).
+static bool is_short(const give *all, double inertia, double least) {
+    return inertia * all->elastic > SLOW * all->inertial || inertia > least * all->inertial;
+}
+
+nmm_carried nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
+                               double h, nmm_carrying how) {
+    nmm_carried carried = {false, false};
+    if (system->cover_give == NULL) return carried;
     const double inertia = 2 / (h * h) + 2 * system->damping / h;
     for (int k = 0; k < state->n_contact; k++) {
         nmm_contact *contact = &state->contact[k];
@@ -159,20 +169,21 @@ bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_st
         add_give(system, model, contact->edge, nmm_max(0, nmm_min(1, contact->anchor)), &all);
         // Between what is held there is nothing to hold.
         if (!(all.elastic > 0)) continue;
-        const double least = least_stiffness(system, model, contact);
-        const bool was_hasty = contact->hasty;
-        contact->hasty = inertia * all.elastic > SLOW * all.inertial ||
-                         inertia > least * all.inertial || is_crossing(model, contact);
-        const bool softened = gentle && !contact->hasty;
+        double least = least_stiffness(system, model, contact, 0);
+        const bool quick = is_short(&all, inertia, least), was_hasty = contact->hasty;
+        contact->hasty = (quick && how.alone) || is_crossing(model, contact);
+        if (quick && !contact->hasty) least = least_stiffness(system, model, contact, inertia);
+        const bool softened = how.gentle && !contact->hasty;
         const double own[2] = {softened ? 0 : contact->normal_stiffness,
                                softened ? 0 : contact->shear_stiffness};
-        stiff |= !contact->hasty && own[0] > least;
+        carried.stiff |= !contact->hasty && own[0] > least;
+        carried.quick |= quick && !contact->hasty;
         contact->normal_stiffness = nmm_max(own[0], least);
         contact->shear_stiffness = nmm_max(own[1], least / 2.5);
-        if (was_hasty && overlaps != NMM_OVERLAPS_AT_REST)
-            keep_forces(model, state, contact, overlaps);
+        if (was_hasty && how.overlaps != NMM_OVERLAPS_AT_REST)
+            keep_forces(model, state, contact, quick ? NMM_OVERLAPS_STAY : how.overlaps);
         if (contact->hasty) limit_carried(contact);
         contact->force_before = contact->normal_force;
     }
-    return stiff;
+    return carried;
 }

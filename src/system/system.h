@@ -236,14 +236,26 @@ typedef enum nmm_overlaps {
     NMM_OVERLAPS_STAY,    // as the place where the contact rests
 } nmm_overlaps;
 
+/// What springs of augmented contacts do in a try.
+typedef struct nmm_carrying {
+    bool gentle; // they have no more than the least stiffness, whatever the penalty
+    bool alone;  // short steps are left to them
+    nmm_overlaps overlaps;
+} nmm_carrying;
+
+/// What another try may do without.
+typedef struct nmm_carried {
+    bool stiff; // some springs have more than the least stiffness
+    bool quick; // some forces are carried though the step is short
+} nmm_carried;
+
 /// Augmented contact: stiffness of the covers, and the least stiffness of contact springs in a step
-/// of length h. `gentle`: springs whose forces are carried have no more than that, whatever the
-/// penalty. Returns whether some have more than the least stiffness.
+/// of length h.
 nmm_status nmm_system_measure(nmm_context *context, nmm_system *system, const nmm_model *model);
-/// The length of a step from which on forces are carried at every cover that is not held [s].
+/// The length of a step below which inertia stiffens springs at some cover that is not held [s].
 double nmm_system_carrying_step(const nmm_system *system, int n_cover);
-bool nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
-                        double h, bool gentle, nmm_overlaps overlaps);
+nmm_carried nmm_system_stiffen(const nmm_system *system, const nmm_model *model, nmm_state *state,
+                               double h, nmm_carrying how);
 
 /// The inside of nmm_system_pattern: contacts by couple, by vertex and by edge.
 nmm_status nmm_couples_create(nmm_context *context, nmm_couples *couples, const nmm_model *model);

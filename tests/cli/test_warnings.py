@@ -184,14 +184,11 @@ class Warnings(Case):
     def test_augmented_in_short_steps(self):
         scene = SLIDING + "contact: {method: augmented}\n"
         done = self.nmm("check", "scene.yaml", scene=scene)
-        self.assertRegex(done.stdout, r"forces are carried in steps of about [0-9.e-]+ s and more")
-        words = "augmented contact carried nothing: in ([0-9]+) of \\1 closed contacts"
+        self.assertRegex(done.stdout, r"steps below [0-9.e-]+ s do not settle so")
         short = ["--set", "time.dt=1e-6", "--set", "time.end=1e-5"]
-        done = self.nmm("run", "scene.yaml", *short)
-        self.assertRegex(done.stdout, words)
-        self.assertRegex(self.nmm("info", "scene.vtkhdf").stdout, words)
+        self.assertNotIn("augmented contact carried", self.nmm("run", "scene.yaml", *short).stdout)
         told = json.loads(self.nmm("info", "scene.vtkhdf", "--json").stdout)
-        self.assertEqual(told["pressed"], told["not_raised"])
+        self.assertEqual(told["not_raised"], 0)
         self.assertGreater(told["pressed"], 0)
 
     def test_ledger_that_does_not_close(self):
