@@ -101,10 +101,17 @@ static nmm_bench_source source_of(const nmm_bench *bench, const contest *c, int 
 }
 
 // The first run of SOR is done: all others go as far, and end there by themselves.
-static void set_end(contest *c) {
+static nmm_status set_end(nmm_bench *bench, contest *c) {
     const double time = c->run[0][0].time;
+    if (c->run[0][0].steps == 0) {
+        nmm_summary summary;
+        nmm_sim_summary(c->sim[0], &summary);
+        return nmm_fail(&bench->context, NMM_ERROR_INPUT, "%s: SOR makes no step: %s",
+                        c->scene->path, summary.reason);
+    }
     c->limit = (nmm_bench_limit){.time = time};
     snprintf(c->end, sizeof c->end, "time.end=%.17g", time);
+    return NMM_OK;
 }
 
 // Largest difference of displacements over the largest displacement, at the same time of the scene;
@@ -145,7 +152,7 @@ static nmm_status run_once(nmm_bench *bench, contest *c, int way, int round) {
     const nmm_bench_source source = source_of(bench, c, way);
     nmm_status status = nmm_bench_open(bench, sim, &source);
     if (status == NMM_OK) status = nmm_bench_steps(bench, *sim, c->limit, &c->run[way][round]);
-    if (status == NMM_OK && round == 0 && way == 0) set_end(c);
+    if (status == NMM_OK && round == 0 && way == 0) status = set_end(bench, c);
     if (status == NMM_OK && round == 0 && way == 1) status = compare(bench, c);
     nmm_bench_close(&own);
     return status;

@@ -98,13 +98,25 @@ static void shares_make_a_whole(void **unused) {
     nmm_bench_destroy(bench);
 }
 
+static void sor_that_makes_no_step_is_told(void **unused) {
+    (void)unused;
+    char message[1024];
+    nmm_bench_def def = definition("table1");
+    assert_int_equal(mkdir("never", 0777), 0);
+    write_scene("never/steps", "0.4", "solver: {max_iterations: 20}\n");
+    def.scenes = "never";
+    assert_int_equal(fails(&def, message), NMM_ERROR_INPUT);
+    assert_non_null(strstr(message, "SOR makes no step"));
+    assert_non_null(strstr(message, "did not converge"));
+}
+
 // SOR misses its tolerance in so few iterations, which shortens its step and no other: both come to
 // the same time all the same, and are compared there.
 static void answers_are_compared_where_steps_were_shortened(void **unused) {
     (void)unused;
     nmm_bench_def def = definition("table1");
     assert_int_equal(mkdir("short", 0777), 0);
-    write_scene("short/steps", "0.4", "solver: {max_iterations: 150}\n");
+    write_scene("short/steps", "0.4", "solver: {max_iterations: 155}\n");
     def.scenes = "short";
     nmm_bench *bench = measure(&def);
     assert_true(number(bench, 0, "sor_cuts") > 0);
@@ -384,6 +396,7 @@ static void memory_may_fail_anywhere(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shares_make_a_whole),
+        cmocka_unit_test(sor_that_makes_no_step_is_told),
         cmocka_unit_test(answers_are_compared_where_steps_were_shortened),
         cmocka_unit_test(errors_fall),
         cmocka_unit_test(speedups_are_quotients),
