@@ -172,7 +172,7 @@ def threads_verdict(folder):
                  [cell[1:] for cell in cells], LEAST_GAIN),
             goal(f"From {SHARED_FROM} unknowns on it is at least {SHARED_GAIN} times as fast",
                  [cell[1:] for cell in cells if cell[0] >= SHARED_FROM], SHARED_GAIN)]
-    turns = [(round(float(at[7]), 2), f"{at[4]} on {re.sub('.*/|_C.*', '', at[1])} at C = {at[3]}")
+    turns = [(round(float(at[8]), 2), f"{at[4]} on {re.sub('.*/|_C.*', '', at[1])} at C = {at[3]}")
              for at in (line.split("\t") for line in lines(folder, "threads"))]
     if turns:
         text.append(goal("In turns (the last table of this section) it is, whatever the method,",
