@@ -79,31 +79,37 @@ static void slot_nodes(const nmm_body *body, int k, nmm_node slot[NMM_MOST_LOCAL
     slot[9] = (nmm_node){2 * (n[0].i + n[1].i + n[2].i), 2 * (n[0].j + n[1].j + n[2].j)};
 }
 
-// Join the slots of two elements that belong to the same function of n.
-static void join_slots(const nmm_body *body, int *parent, const int side[2], int n) {
+// Slots of two elements that belong to the same function of n, side by side; returns how many.
+static int same_functions(const nmm_body *body, const int side[2], int n,
+                          int pair[NMM_MOST_LOCAL][2]) {
     nmm_node left[NMM_MOST_LOCAL], right[NMM_MOST_LOCAL];
     slot_nodes(body, side[0], left);
     slot_nodes(body, side[1], right);
+    int n_pair = 0;
     for (int a = 0; a < n; a++) {
         for (int b = 0; b < n; b++) {
             // The two functions of an edge share their place.
-            const bool same = left[a].i == right[b].i && left[a].j == right[b].j && a / 6 == b / 6;
-            if (same) nmm_set_join(parent, n * side[0] + a, n * side[1] + b);
+            if (left[a].i != right[b].i || left[a].j != right[b].j || a / 6 != b / 6) continue;
+            pair[n_pair][0] = n * side[0] + a;
+            pair[n_pair++][1] = n * side[1] + b;
         }
     }
+    return n_pair;
+}
+
+static void join_slots(const nmm_body *body, int *parent, const int side[2], int n) {
+    int pair[NMM_MOST_LOCAL][2];
+    const int n_pair = same_functions(body, side, n, pair);
+    for (int k = 0; k < n_pair; k++)
+        nmm_set_join(parent, pair[k][0], pair[k][1]);
 }
 
 // Do the same functions act on both sides of a joint? What only one side has is zero on it.
 static bool is_shut(const nmm_body *body, int *parent, const int side[2], int n) {
-    nmm_node left[NMM_MOST_LOCAL], right[NMM_MOST_LOCAL];
-    slot_nodes(body, side[0], left);
-    slot_nodes(body, side[1], right);
-    for (int a = 0; a < n; a++) {
-        for (int b = 0; b < n; b++) {
-            const bool same = left[a].i == right[b].i && left[a].j == right[b].j && a / 6 == b / 6;
-            const int p = n * side[0] + a, q = n * side[1] + b;
-            if (same && nmm_set_root(parent, p) != nmm_set_root(parent, q)) return false;
-        }
+    int pair[NMM_MOST_LOCAL][2];
+    const int n_pair = same_functions(body, side, n, pair);
+    for (int k = 0; k < n_pair; k++) {
+        if (nmm_set_root(parent, pair[k][0]) != nmm_set_root(parent, pair[k][1])) return false;
     }
     return true;
 }
