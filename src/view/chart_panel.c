@@ -170,8 +170,8 @@ static int points_within(const nmm_chart_view *view, nmm_rect part) {
         const nmm_chart_series *s = &view->panel->series[k];
         for (int i = 0; i < s->n; i++) {
             const double x = place_x(view, s->x[i]), y = place_y(view, s->y[i]);
-            n +=
-                x >= part.x && x <= part.x + part.width && y >= part.y && y <= part.y + part.height;
+            const bool across = x >= part.x && x <= part.x + part.width;
+            n += across && y >= part.y && y <= part.y + part.height;
         }
     }
     return n;

@@ -16,7 +16,7 @@ contacts  numbers of contacts and penalties
 runs      the first 100 steps of each shipped scene with each choice of solver
 write     tables and pictures from all results that are there
 
---long adds section long, the systems of 200 000 and 10^6 unknowns, about 20 minutes: each method in a
+--long adds section long, the systems of 200 000 and 10^6 unknowns, half an hour: each method in a
 process of its own, with a limit of memory and one of time.
 """
 
