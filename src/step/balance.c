@@ -191,6 +191,11 @@ static double excess(double left, double allowed) {
     return quotient == quotient ? quotient : INFINITY;
 }
 
+// Of a group.
+static double allowed_in_all(const nmm_balance_sums *whole, double tolerance) {
+    return tolerance * sqrt(whole->force) + sqrt(whole->rounding);
+}
+
 double nmm_balance_allowed(const nmm_balance *balance, int b, double tolerance) {
     const nmm_balance_sums *block = &balance->block[b];
     const int first = balance->group[b];
@@ -198,8 +203,7 @@ double nmm_balance_allowed(const nmm_balance *balance, int b, double tolerance) 
     // In a group of equal blocks one of them may have what the group may have together.
     const double scale = nmm_min(balance->count[first] * block->force, whole->force);
     // Weights end there, and what is less beside the others is their rounding.
-    const double in_all = tolerance * sqrt(whole->force) + sqrt(whole->rounding);
-    const double least = block->force > 0 ? in_all * LEAST_PART : 0;
+    const double least = block->force > 0 ? allowed_in_all(whole, tolerance) * LEAST_PART : 0;
     return tolerance * sqrt(scale) + sqrt(block->rounding) + least;
 }
 
@@ -213,7 +217,7 @@ double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, cons
         balance->allowed[b] = nmm_balance_allowed(balance, b, tolerance);
         const double of_block = excess(balance->block[b].left, balance->allowed[b]);
         // Of the group that begins here.
-        const double in_all = tolerance * sqrt(whole->force) + sqrt(whole->rounding);
+        const double in_all = allowed_in_all(whole, tolerance);
         const double of_group = balance->group[b] == b ? excess(whole->left, in_all) : 0;
         worst = nmm_max(worst, nmm_max(of_block, of_group));
     }
@@ -223,6 +227,26 @@ double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, cons
 double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                          double tolerance) {
     return nmm_balance_worst_of(balance, system, model, system->residual, tolerance);
+}
+
+double nmm_balance_along(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
+                         const double *moved, double tolerance) {
+    for (int b = 0; b < balance->n_block; b++)
+        balance->whole[b].work = balance->whole[b].way = 0;
+    for (int c = 0; c < model->n_cover; c++) {
+        if (system->fixed != NULL && system->fixed[c] == 3) continue;
+        const double *left = system->residual + 2 * (long)c, *d = moved + 2 * (long)c;
+        nmm_balance_sums *whole = &balance->whole[balance->group[model->cover_block[c]]];
+        whole->work += left[0] * d[0] + left[1] * d[1];
+        whole->way += square(d[0]) + square(d[1]);
+    }
+    double most = 0;
+    for (int b = 0; b < balance->n_block; b++) {
+        const nmm_balance_sums *whole = &balance->whole[b];
+        const double in_all = allowed_in_all(whole, tolerance);
+        most = nmm_max(most, excess(square(whole->work), in_all * sqrt(whole->way)));
+    }
+    return most;
 }
 
 // Forces that rounding is compared with, by their square.

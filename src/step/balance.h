@@ -20,6 +20,7 @@ typedef struct nmm_balance_sums {
     double rounding; // what rounding leaves, next to the forces that make the sum up
     double gaps;     // the part of it that springs of contacts make of places
     double way;      // of the covers in a change [m2]
+    double work;     // of what does not balance along it, no square [N m]
     double load;
     double moved; // displacements of the covers [m2]
 } nmm_balance_sums;
@@ -56,6 +57,11 @@ void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm
 /// counts as settled.
 double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                          double tolerance);
+
+/// What is left of the forces of a group along its way in the step, over what is allowed, at worst;
+/// after nmm_balance_worst.
+double nmm_balance_along(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
+                         const double *moved, double tolerance);
 
 /// The same of other forces, by cover [n_cover][2], next to those of the last residual.
 double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, const nmm_model *model,

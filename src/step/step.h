@@ -73,8 +73,9 @@
 /// vain.
 #define NMM_GAINED 0.8
 
-/// Part of the unbalanced forces allowed that a first pass may leave where the motion goes on.
-#define NMM_FIRST_PASS 0.1
+/// Part of the unbalanced forces allowed that a first pass may leave along the motion, where that
+/// goes on.
+#define NMM_FIRST_PASS 0.03
 
 /// With scheme newmark nothing fades: the first passes go on while unbalanced forces do more work
 /// in a step than this part of the largest energy, and this part of the rounding of the ledger.

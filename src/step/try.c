@@ -302,15 +302,21 @@ static void round_balance(nmm_sim *sim, passes *p, double h) {
     p->clouded = nmm_balance_clouded(&sim->balance, NMM_ROUNDED * sim->settings.tolerance, 1);
 }
 
-// Do forces balance, eq. (4.5)? What a first pass leaves points along the motion, step by step, and
-// adds up in the ledger. So does what later ones leave of a body that swings and turns; with Shi's
-// scheme that fades.
+// Unbalanced forces of a first pass along the motion do work step by step, which adds up in the
+// ledger.
+static bool drives(nmm_sim *sim, const passes *p) {
+    if (p->n != 1 || !motion_goes_on(sim)) return false;
+    return nmm_balance_along(&sim->balance, &sim->system, &sim->model, sim->moved,
+                             sim->settings.tolerance) > NMM_FIRST_PASS;
+}
+
+// Do forces balance, eq. (4.5)? What later passes leave of a body that swings and turns adds up as
+// well; with Shi's scheme that fades.
 static bool balanced(nmm_sim *sim, passes *p, double h) {
-    const bool first = p->n == 1 && motion_goes_on(sim);
     round_balance(sim, p, h);
     p->worst[p->n] =
         nmm_balance_worst(&sim->balance, &sim->system, &sim->model, sim->settings.tolerance);
-    if (p->worst[p->n] > (first ? NMM_FIRST_PASS : 1)) return false;
+    if (p->worst[p->n] > 1 || drives(sim, p)) return false;
     const bool swings = sim->settings.newmark && !sim->settings.is_static;
     return !swings || p->n > NMM_SWING_PASSES || !adds_up(sim);
 }

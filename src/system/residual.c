@@ -9,6 +9,10 @@
 #include <math.h>
 #include <string.h>
 
+// Part of what may be left of the forces of a block below which the springs of one of its contacts
+// hold next to nothing: many such contacts leave it together.
+#define TOUCHING 0.1
+
 // --- Loads and supports
 
 static void loads_at(double *load, const nmm_system *system, const nmm_model *model, double time) {
@@ -182,13 +186,13 @@ void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_
 
 // --- Contacts
 
-// Would springs that hold gap and slip of the contact hold no more than what may be left of the
-// forces of its blocks? Then its mode is a matter of what the last solve left.
+// Would springs that hold gap and slip of the contact hold next to nothing of what may be left of
+// the forces of its blocks? Then its mode is a matter of what the last solve left.
 static bool only_touches(const nmm_system *system, const nmm_model *model, const nmm_contact *c) {
     const double a = system->allowed[model->vertex_block[c->vertex]];
     const double b = system->allowed[model->vertex_block[c->edge]];
     // What is held asks for nothing.
-    const double least = a > 0 && b > 0 ? nmm_min(a, b) : nmm_max(a, b);
+    const double least = TOUCHING * (a > 0 && b > 0 ? nmm_min(a, b) : nmm_max(a, b));
     const double N = c->carried_normal - c->normal_stiffness * (c->gap - c->rest);
     const double T = c->carried_shear - c->shear_stiffness * c->slip;
     return fabs(N) < least && fabs(T) < least;

@@ -177,6 +177,36 @@ static void test_a_number_that_is_none_is_never_settled(void **unused) {
     nmm_sim_destroy(sim);
 }
 
+// Forces on each of two blocks that go down together: the part of them along the way.
+static double left_along(nmm_sim *sim, double x, double upper, double lower) {
+    const double of_block[] = {0, lower, upper};
+    nmm_system *system = &sim->system;
+    for (int c = 0; c < sim->model.n_cover; c++) {
+        system->residual[2 * c] = x * of_block[sim->model.cover_block[c]];
+        system->residual[2 * c + 1] = (1 - x) * of_block[sim->model.cover_block[c]];
+        sim->moved[2 * c] = 0;
+        sim->moved[2 * c + 1] = -1e-3;
+    }
+    nmm_balance_worst(&sim->balance, system, &sim->model, 1e-6);
+    const nmm_balance_sums *whole = &sim->balance.whole[sim->balance.group[1]];
+    const double allowed = 1e-6 * sqrt(whole->force) + sqrt(whole->rounding);
+    return nmm_balance_along(&sim->balance, system, &sim->model, sim->moved, 1e-6) * allowed /
+           sqrt(whole->left);
+}
+
+// What is left counts along the way of all blocks of a group, not across and not against each
+// other.
+static void test_only_what_is_left_along_the_way_does_work(void **unused) {
+    (void)unused;
+    nmm_sim *sim = open_scene(SCENE_STACK, 0, NULL);
+    take_steps(sim, 1);
+    assert_near(left_along(sim, 0, 1, 1), 1, 1e-12);
+    assert_near(left_along(sim, 0, -1, -1), 1, 1e-12);
+    assert_true(left_along(sim, 0, 1, -1) < 1e-12);
+    assert_true(left_along(sim, 1, 1, 1) == 0);
+    nmm_sim_destroy(sim);
+}
+
 static nmm_sim *open_weighted(const char *scene, const char *change) {
     nmm_sim *sim = open_scene(scene, 1, &change);
     take_steps(sim, 1);
@@ -273,6 +303,7 @@ int main(void) {
         cmocka_unit_test(test_each_comes_to_its_equilibrium),
         cmocka_unit_test(test_bodies_on_each_other),
         cmocka_unit_test(test_a_number_that_is_none_is_never_settled),
+        cmocka_unit_test(test_only_what_is_left_along_the_way_does_work),
         cmocka_unit_test(test_weights_are_taken_back_to_the_bit),
         cmocka_unit_test(test_matrix_stays_weighted),
         cmocka_unit_test(test_what_may_touch_is_a_group),
