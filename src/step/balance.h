@@ -20,6 +20,7 @@ typedef struct nmm_balance_sums {
     double rounding; // what rounding leaves, next to the forces that make the sum up
     double gaps;     // the part of it that springs of contacts make of places
     double way;      // of the covers in a change [m2]
+    double allowed;  // [N] that a group may leave as a whole
     double load;
     double moved; // displacements of the covers [m2]
 } nmm_balance_sums;
