@@ -21,6 +21,7 @@ typedef struct nmm_balance_sums {
     double gaps;     // the part of it that springs of contacts make of places
     double way;      // of the covers in a change [m2]
     double work;     // of what does not balance along it, no square [N m]
+    double allowed;  // [N] that a group may leave as a whole
     double load;
     double moved; // displacements of the covers [m2]
 } nmm_balance_sums;
@@ -61,7 +62,7 @@ double nmm_balance_worst(nmm_balance *balance, const nmm_system *system, const n
 /// What is left of the forces of a group along its way in the step, over what is allowed, at worst;
 /// after nmm_balance_worst.
 double nmm_balance_along(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
-                         const double *moved, double tolerance);
+                         const double *moved);
 
 /// The same of other forces, by cover [n_cover][2], next to those of the last residual.
 double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, const nmm_model *model,

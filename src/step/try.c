@@ -306,8 +306,7 @@ static void round_balance(nmm_sim *sim, passes *p, double h) {
 // ledger.
 static bool drives(nmm_sim *sim, const passes *p) {
     if (p->n != 1 || !motion_goes_on(sim)) return false;
-    return nmm_balance_along(&sim->balance, &sim->system, &sim->model, sim->moved,
-                             sim->settings.tolerance) > NMM_FIRST_PASS;
+    return nmm_balance_along(&sim->balance, &sim->system, &sim->model, sim->moved) > NMM_FIRST_PASS;
 }
 
 // Do forces balance, eq. (4.5)? What later passes leave of a body that swings and turns adds up as

@@ -106,7 +106,6 @@ typedef struct nmm_system {
     // Of the matrix.
     nmm_stiffness *stiffness; // [n_element]; order > 0: NULL
     double *curved_stiffness; // [n_element][n_local][n_local][2][2] N/m; order 0: NULL
-    double *base_value;       // [n_base][2][2] elements, inertia and supports
     // Springs, frozen when the matrix was made, by couple: derivatives of gap and of slip by the
     // displacements of the couple's covers, then the normal and shear stiffness that act, sliding:
     // no shear.

@@ -189,8 +189,7 @@ static double left_along(nmm_sim *sim, double x, double upper, double lower) {
     }
     nmm_balance_worst(&sim->balance, system, &sim->model, 1e-6);
     const nmm_balance_sums *whole = &sim->balance.whole[sim->balance.group[1]];
-    const double allowed = 1e-6 * sqrt(whole->force) + sqrt(whole->rounding);
-    return nmm_balance_along(&sim->balance, system, &sim->model, sim->moved, 1e-6) * allowed /
+    return nmm_balance_along(&sim->balance, system, &sim->model, sim->moved) * whole->allowed /
            sqrt(whole->left);
 }
 
