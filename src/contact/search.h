@@ -72,12 +72,12 @@ static inline nmm_edge_line nmm_edge_line_of(const nmm_model *model, const nmm_s
     return (nmm_edge_line){.p = p, .q = q, .t = t, .n = {t.y, -t.x}, .length = length};
 }
 
-/// All forces of a contact, carried and present, times `by`.
-static inline void nmm_contact_scale(nmm_contact *contact, double by) {
-    contact->carried_normal *= by;
-    contact->carried_shear *= by;
-    contact->normal_force *= by;
-    contact->shear_force *= by;
+/// All forces of a contact, carried and present, are `by` times those of another, or its own.
+static inline void nmm_contact_scale(nmm_contact *contact, const nmm_contact *of, double by) {
+    contact->carried_normal = by * of->carried_normal;
+    contact->carried_shear = by * of->carried_shear;
+    contact->normal_force = by * of->normal_force;
+    contact->shear_force = by * of->shear_force;
 }
 
 /// What the narrow phase works on. What `out` has no room for is only counted.
