@@ -86,6 +86,7 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_release(context, &s->table);
     nmm_release(context, &s->built_at);
     nmm_release(context, &s->pair);
+    nmm_release(context, &s->shared);
     nmm_release(context, &s->bucket_start);
     nmm_release(context, &s->bucket_pairs);
     nmm_release(context, &s->cell);

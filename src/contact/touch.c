@@ -77,6 +77,7 @@ static bool inside_loop(const nmm_narrowing *now, int edge, nmm_vec2 place) {
 typedef struct candidate {
     int vertex, edge;
     int facing; // edge of the vertex's block that faces the edge, -1: the vertex is a corner
+    int sides;  // as of nmm_raw
     double gap;
     double shared; // [m] by two sides that face each other
 } candidate;
@@ -160,7 +161,11 @@ static nmm_raw *add_raw(nmm_narrowing *now, const candidate *c) {
     now->n += 1;
     if (now->n > now->room) return NULL;
     nmm_raw *raw = &now->out[now->n - 1];
-    *raw = (nmm_raw){.vertex = c->vertex, .edge = c->edge, .facing = c->facing, .gap = c->gap};
+    *raw = (nmm_raw){.vertex = c->vertex,
+                     .edge = c->edge,
+                     .facing = c->facing,
+                     .sides = c->sides,
+                     .gap = c->gap};
     return raw;
 }
 
@@ -172,6 +177,7 @@ static nmm_raw *add_raw(nmm_narrowing *now, const candidate *c) {
 // both the longer one: the other may stand for the little that two blocks share beyond a crossing.
 typedef struct interval_end {
     int u, e, w, f;
+    int sides;
     double ahead;
 } interval_end;
 
@@ -204,6 +210,7 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
     candidate c = {.vertex = take_u ? end->u : end->w,
                    .edge = take_u ? end->e : end->f,
                    .facing = take_u ? end->f : end->e,
+                   .sides = end->sides,
                    .shared = shared};
     const nmm_edge_line *facing = line_of(now, c.facing);
     c.gap = gap_of(line_of(now, c.edge), c.vertex == c.facing ? facing->p : facing->q);
@@ -213,8 +220,9 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
     raw->shared = 0.5 * shared;
 }
 
-static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
-                      const nmm_edge_line *le, double share) {
+static void edge_edge(nmm_narrowing *now, nmm_edge_pair pair, double share) {
+    const int f = pair.a, e = pair.b, sides = pair.sides;
+    const nmm_edge_line *lf = line_of(now, f), *le = line_of(now, e);
     // Along the mean direction, whichever is named first: e runs from 0 to c, f from a (its start,
     // further) to b (its end).
     const nmm_vec2 both = nmm_vec2_sub(le->t, lf->t);
@@ -225,8 +233,8 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
     const double shared = nmm_min(a, c) - nmm_max(b, 0);
     if (shared <= NMM_EXACT * now->model->size) return;
     const int next_e = nmm_vertex_behind(now, e), next_f = nmm_vertex_behind(now, f);
-    const interval_end high = {.u = f, .e = e, .w = next_e, .f = f, .ahead = a - c};
-    const interval_end low = {.u = next_f, .e = e, .w = e, .f = f, .ahead = -b};
+    const interval_end high = {.u = f, .e = e, .w = next_e, .f = f, .sides = sides, .ahead = a - c};
+    const interval_end low = {.u = next_f, .e = e, .w = e, .f = f, .sides = sides, .ahead = -b};
     add_end(now, &high, shared, share);
     add_end(now, &low, shared, share);
 }
@@ -275,7 +283,7 @@ static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line
     double share = 0;
     if (!admissible(now, vertex, e, &share)) return;
     if (beyond > 0 && !meets_beyond(now, edge, e, along, gap)) return;
-    const candidate c = {.vertex = vertex, .edge = edge, .facing = -1, .gap = gap};
+    const candidate c = {.vertex = vertex, .edge = edge, .facing = -1, .sides = -1, .gap = gap};
     nmm_raw *raw = add_raw(now, &c);
     if (raw == NULL) return;
     raw->corner_length = (1 - share) * NMM_CORNER * size;
@@ -299,7 +307,7 @@ void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair) {
     // The vertex of a tiny edge is stood for by the one behind it.
     if (is_tiny(now, a) || is_tiny(now, b)) return;
     const double share = share_parallel(a, b);
-    if (share > 0) edge_edge(now, pair.a, pair.b, a, b, share);
+    if (share > 0) edge_edge(now, pair, share);
     // Of sides that are parallel no vertex is a corner.
     if (share == 1) return;
     // Of two that are not one leads away from the other's line, and only it may begin in front.

@@ -61,7 +61,7 @@ static void check_pairs(const bodies *b, double reach) {
     nmm_edge_pair *pair = calloc((size_t)s->n_pair + 1, sizeof *pair);
     memcpy(pair, s->pair, (size_t)s->n_pair * sizeof *pair);
     for (int k = 0; k < s->n_pair; k++) {
-        if (pair[k].a > pair[k].b) pair[k] = (nmm_edge_pair){pair[k].b, pair[k].a};
+        if (pair[k].a > pair[k].b) pair[k] = (nmm_edge_pair){pair[k].b, pair[k].a, -1};
     }
     qsort(pair, (size_t)s->n_pair, sizeof *pair, compare_pairs);
     for (int k = 0; k + 1 < s->n_pair; k++)
@@ -70,7 +70,7 @@ static void check_pairs(const bodies *b, double reach) {
         for (int e = 0; e < b->model.n_vertex; e++) {
             if (b->model.vertex_block[v] == b->model.vertex_block[e]) continue;
             if (distance(b, v, e) > reach) continue;
-            const nmm_edge_pair wanted = {nmm_min_int(v, e), nmm_max_int(v, e)};
+            const nmm_edge_pair wanted = {nmm_min_int(v, e), nmm_max_int(v, e), -1};
             assert_non_null(bsearch(&wanted, pair, (size_t)s->n_pair, sizeof *pair, compare_pairs));
         }
     }
@@ -215,8 +215,10 @@ static void take_all_pairs(bodies *b, const bodies *other) {
     s->built_for = other->search->built_for;
     for (int e = 0; e < n; e++) {
         for (int k = e + 1; k < n; k++)
-            if (nmm_edges_can_meet(&b->model, e, k)) s->pair[s->n_pair++] = (nmm_edge_pair){e, k};
+            if (nmm_edges_can_meet(&b->model, e, k))
+                s->pair[s->n_pair++] = (nmm_edge_pair){e, k, -1};
     }
+    assert_int_equal(nmm_pairs_number(&b->context, s), NMM_OK);
     for (int v = 0; v < n; v++) {
         const nmm_vec2 place = nmm_vertex_place(&b->model, &b->state, v);
         s->built_at[2 * v] = place.x;
