@@ -108,6 +108,11 @@ void bench_table_json(json *out, const nmm_bench *bench) {
     json_close_array(out);
 }
 
+void bench_table_listen(const char *made) {
+    interrupt_listen(
+        (interrupt_words){"measurement", "nothing of this measurement was written", made});
+}
+
 int bench_table_write(nmm_bench *bench, const char *folder, const char *name, bool told) {
     static const char *const ending[] = {"csv", "svg", "png"};
     char path[3][PATH_MAX + NAME_MAX + 8];

@@ -6,7 +6,6 @@
 
 #include "bench_table.h"
 #include "folder.h"
-#include "interrupt.h"
 #include "message.h"
 #include "options.h"
 #include "progress.h"
@@ -167,7 +166,7 @@ int command_bench(const arguments *given) {
     int end = needs_scenes ? find_scenes(&j) : EXIT_DONE;
     if (end == EXIT_DONE) end = folder_make(j.folder);
     if (end != EXIT_DONE) return end;
-    interrupt_listen((interrupt_words){"measurement", "nothing of this measurement was written"});
+    bench_table_listen(there ? NULL : j.folder);
     if (given->json) {
         json_open(&j.out, NULL);
         if (!strcmp(given->path, "all")) json_open_array(&j.out, "benches");

@@ -155,7 +155,7 @@ int command_run(const arguments *given) {
     result_name(chosen, sizeof chosen, given->path, ".vtkhdf");
     const char *path = given->output ? given->output : chosen;
     if (is_wrong_output(given, path)) return EXIT_USAGE;
-    interrupt_listen((interrupt_words){"step", "before the first frame, nothing was saved"});
+    interrupt_listen((interrupt_words){"step", "before the first frame, nothing was saved", NULL});
     nmm_sim *sim = NULL;
     nmm_output *output = NULL;
     int status = scene_open(&sim, given);

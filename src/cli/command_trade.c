@@ -7,7 +7,6 @@
 
 #include "bench_table.h"
 #include "folder.h"
-#include "interrupt.h"
 #include "message.h"
 #include "options.h"
 #include "progress.h"
@@ -172,13 +171,13 @@ int command_trade(const arguments *given) {
     const bool there = is_folder(j.folder);
     const int made = folder_make(j.folder);
     if (made != EXIT_DONE) return made;
-    interrupt_listen((interrupt_words){"measurement", "nothing of this measurement was written"});
+    bench_table_listen(there ? NULL : j.folder);
     const nmm_trade_def def = definition(&j);
     const nmm_status status = nmm_trade_run(&bench, &def);
     progress_clear(&j.line);
     const int end = status == NMM_OK ? show(&j, bench) : complain(bench, given->path);
     nmm_bench_destroy(bench);
     // Nothing is left behind where nothing was measured.
-    if (status != NMM_OK && !there) folder_remove_empty(j.folder);
+    if (end != EXIT_DONE && !there) folder_remove_empty(j.folder);
     return end;
 }

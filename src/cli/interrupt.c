@@ -27,6 +27,7 @@ static void put(const char *text) {
 }
 
 static void leave(void) {
+    if (said.folder) (void)rmdir(said.folder);
     put("\nended at once; ");
     put(run_path ? run_path : said.lost);
     put(run_path ? " holds the run up to its last frame\n" : "\n");

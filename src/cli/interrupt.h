@@ -9,12 +9,13 @@
 
 #include <stdbool.h>
 
-/// What a command is asked to end after, and what is lost where it ends at once.
+/// What a command is asked to end after, and what is lost where it ends at once. A folder that was
+/// made for results goes then, if nothing is in it; NULL: there is none.
 typedef struct interrupt_words {
-    const char *part, *lost;
+    const char *part, *lost, *folder;
 } interrupt_words;
 
-/// Start to listen.
+/// Start to listen; texts must stay valid.
 void interrupt_listen(interrupt_words words);
 /// There is a run file now, to be named in the last words; `path` must stay valid.
 void interrupt_names(const char *path);

@@ -86,6 +86,7 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_release(context, &s->table);
     nmm_release(context, &s->built_at);
     nmm_release(context, &s->pair);
+    nmm_release(context, &s->shared);
     nmm_release(context, &s->bucket_start);
     nmm_release(context, &s->bucket_pairs);
     nmm_release(context, &s->cell);
@@ -166,7 +167,8 @@ static void inherit(const nmm_contact_search *search, const nmm_model *model, co
         c->anchor = anchor_of(search, raw) - old->slip / search->line[raw->edge].length;
         c->interface = interface_of(model, raw);
     }
-    nmm_contact_scale(c, c->spring_length / old->spring_length);
+    // Read from where it was: what has just been written would be waited for.
+    nmm_contact_scale(c, old, c->spring_length / old->spring_length);
 }
 
 // A closed contact that a new one at the same place goes on from: its vertex has left its edge, and

@@ -58,7 +58,7 @@ nmm_status nmm_contact_keep_sides(nmm_context *context, nmm_contact_search *sear
         const nmm_side_pair *sides = sides_of(search, model, size, c);
         const double growth = sides->last > 0 ? sides->length / sides->last : 1;
         if (growth <= NMM_LONGER) continue;
-        nmm_contact_scale(c, 1 / growth);
+        nmm_contact_scale(c, c, 1 / growth);
         nmm_contact_keep(model, state, c, c->gap);
     }
     return NMM_OK;

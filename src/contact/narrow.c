@@ -96,7 +96,10 @@ static int merge_vertex(nmm_raw *raw, int n) {
             raw[kept - 1].length += raw[i].length;
             raw[kept - 1].shared += raw[i].shared;
             raw[kept - 1].corner_length += raw[i].corner_length;
-            if (raw[kept - 1].corner) raw[kept - 1].facing = raw[i].facing;
+            if (raw[kept - 1].corner) {
+                raw[kept - 1].facing = raw[i].facing;
+                raw[kept - 1].sides = raw[i].sides;
+            }
             raw[kept - 1].corner = raw[kept - 1].corner && raw[i].corner;
             raw[kept - 1].beyond = nmm_min(raw[kept - 1].beyond, raw[i].beyond);
         } else {
@@ -207,58 +210,26 @@ static nmm_status sort_raw(nmm_context *context, nmm_contact_search *search, int
 
 // --- Sides that share little
 
-// Sides that a joint cut fit each other, and four of them meet at a crossing: there the blocks that
-// face each other across it share no more than a rounding, which must stay as little.
-static bool may_lengthen(const nmm_contact_search *search, const nmm_raw *raw) {
-    if (raw->corner) return false;
-    const int a = search->side[raw->facing], b = search->side[raw->edge];
-    return a != b && !(search->joint_side[a] && search->joint_side[b]);
-}
-
-nmm_status nmm_side_table(nmm_context *context, nmm_contact_search *search, int n, int *size) {
-    for (*size = 16; *size < 2 * n;)
-        *size *= 2;
-    TRY(nmm_grow(context, &search->table, &search->table_capacity, *size, sizeof(nmm_side_pair)));
-    memset(search->table, 0, (size_t)*size * sizeof(nmm_side_pair));
-    return NMM_OK;
-}
-
-nmm_side_pair *nmm_side_pair_of(nmm_contact_search *search, int size, int x, int y) {
-    const int a = nmm_min_int(x, y), b = nmm_max_int(x, y);
-    uint32_t at = (uint32_t)a * 2654435761u ^ (uint32_t)b * 2246822519u;
-    for (at = (at ^ at >> 15) & (uint32_t)(size - 1);; at = (at + 1) & (uint32_t)(size - 1)) {
-        nmm_side_pair *entry = &search->table[at];
-        if (entry->a == entry->b) *entry = (nmm_side_pair){.a = a, .b = b};
-        if (entry->a == a && entry->b == b) return entry;
-    }
-}
-
-static nmm_side_pair *find_side_pair(nmm_contact_search *search, int size, const nmm_raw *raw) {
-    return nmm_side_pair_of(search, size, search->side[raw->facing], search->side[raw->edge]);
-}
-
 // The springs between two sides that face each other count for at least the length of a corner:
 // blocks that only just meet would else overlap deeply, and gain force without moving when they
 // slide further together. Strength goes by the true length.
-static nmm_status lengthen_short_sides(nmm_context *context, nmm_contact_search *search,
-                                       const nmm_model *model, int n_raw) {
-    int size = 0;
-    TRY(nmm_side_table(context, search, n_raw, &size));
+static void lengthen_short_sides(const nmm_contact_search *search, const nmm_model *model,
+                                 int n_raw) {
+    double *shared = search->shared;
+    for (int i = 0; i < search->n_sides; i++)
+        shared[i] = 0;
     for (int k = 0; k < n_raw; k++) {
         const nmm_raw *raw = &search->sorted[k];
-        if (may_lengthen(search, raw)) find_side_pair(search, size, raw)->length += raw->shared;
+        if (raw->sides >= 0) shared[raw->sides] += raw->shared;
     }
     const double least = NMM_CORNER * model->size;
     for (int k = 0; k < n_raw; k++) {
         nmm_raw *raw = &search->sorted[k];
         raw->spring_length = raw->length + raw->corner_length;
-        if (may_lengthen(search, raw)) {
-            const double length = find_side_pair(search, size, raw)->length;
-            if (length < least) raw->spring_length += (least / length - 1) * raw->length;
-        }
+        if (raw->sides >= 0 && shared[raw->sides] < least)
+            raw->spring_length += (least / shared[raw->sides] - 1) * raw->length;
         raw->length += raw->corner_length;
     }
-    return NMM_OK;
 }
 
 nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nmm_narrowing *now,
@@ -279,5 +250,6 @@ nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nm
         begin = end;
     }
     *n_raw = kept;
-    return lengthen_short_sides(context, search, now->model, kept);
+    lengthen_short_sides(search, now->model, kept);
+    return NMM_OK;
 }

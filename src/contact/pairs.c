@@ -155,7 +155,7 @@ static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *mo
             if (cell_of(nmm_max(first->low.x, second->low.x), size) != one->ix) continue;
             if (cell_of(nmm_max(first->low.y, second->low.y), size) != one->iy) continue;
             if (!nmm_edges_can_meet(model, one->edge, two->edge)) continue;
-            if (out != NULL) out[n] = (nmm_edge_pair){one->edge, two->edge};
+            if (out != NULL) out[n] = (nmm_edge_pair){one->edge, two->edge, -1};
             n += 1;
         }
     }
@@ -182,6 +182,52 @@ static nmm_status find_pairs(nmm_context *context, nmm_contact_search *search,
     }
     return NMM_OK;
 }
+
+// --- Pairs of sides
+
+nmm_status nmm_side_table(nmm_context *context, nmm_contact_search *search, int n, int *size) {
+    for (*size = 16; *size < 2 * n;)
+        *size *= 2;
+    TRY(nmm_grow(context, &search->table, &search->table_capacity, *size, sizeof(nmm_side_pair)));
+    memset(search->table, 0, (size_t)*size * sizeof(nmm_side_pair));
+    return NMM_OK;
+}
+
+nmm_side_pair *nmm_side_pair_of(nmm_contact_search *search, int size, int x, int y) {
+    const int a = nmm_min_int(x, y), b = nmm_max_int(x, y);
+    uint32_t at = (uint32_t)a * 2654435761u ^ (uint32_t)b * 2246822519u;
+    for (at = (at ^ at >> 15) & (uint32_t)(size - 1);; at = (at + 1) & (uint32_t)(size - 1)) {
+        nmm_side_pair *entry = &search->table[at];
+        if (entry->a == entry->b) *entry = (nmm_side_pair){.a = a, .b = b, .number = -1};
+        if (entry->a == a && entry->b == b) return entry;
+    }
+}
+
+// Sides that a joint cut fit each other, and four of them meet at a crossing: there the blocks that
+// face each other across it share no more than a rounding, which must stay as little.
+static bool may_lengthen(const nmm_contact_search *search, int a, int b) {
+    return a != b && !(search->joint_side[a] && search->joint_side[b]);
+}
+
+// Several edges may be of one side.
+nmm_status nmm_pairs_number(nmm_context *context, nmm_contact_search *search) {
+    int size = 0;
+    TRY(nmm_side_table(context, search, search->n_pair, &size));
+    search->n_sides = 0;
+    for (int k = 0; k < search->n_pair; k++) {
+        nmm_edge_pair *pair = &search->pair[k];
+        const int a = search->side[pair->a], b = search->side[pair->b];
+        pair->sides = -1;
+        if (!may_lengthen(search, a, b)) continue;
+        nmm_side_pair *sides = nmm_side_pair_of(search, size, a, b);
+        if (sides->number < 0) sides->number = search->n_sides++;
+        pair->sides = sides->number;
+    }
+    return nmm_grow(context, &search->shared, &search->sides_capacity, search->n_sides,
+                    sizeof(double));
+}
+
+// --- When they are made anew
 
 static double largest_motion(const nmm_contact_search *search, const nmm_model *model,
                              const nmm_state *state) {
@@ -217,7 +263,8 @@ nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
     }
     search->cell_size = choose_cell(search, n, model->size);
     TRY(fill_grid(context, search, n));
-    return find_pairs(context, search, model);
+    TRY(find_pairs(context, search, model));
+    return nmm_pairs_number(context, search);
 }
 
 // --- Can there be a contact at all?

@@ -28,13 +28,15 @@
 #define NMM_IN_LINE 0.5 // 60 degrees
 
 typedef struct nmm_edge_pair {
-    int a, b; // a < b
+    int a, b;  // a < b
+    int sides; // number of the pair of sides whose springs may be lengthened, -1: none
 } nmm_edge_pair;
 
 /// A contact before history.
 typedef struct nmm_raw {
     int vertex, edge;
     int facing; // edge of the vertex's block that faces the edge
+    int sides;  // of the pair of edges, -1: a corner, or not to be lengthened
     double length, gap;
     double shared;        // [m] part of the length that two parallel edges share, before the blend
     double corner_length; // [m] part of a corner; added to both lengths in the end
@@ -72,12 +74,12 @@ static inline nmm_edge_line nmm_edge_line_of(const nmm_model *model, const nmm_s
     return (nmm_edge_line){.p = p, .q = q, .t = t, .n = {t.y, -t.x}, .length = length};
 }
 
-/// All forces of a contact, carried and present, times `by`.
-static inline void nmm_contact_scale(nmm_contact *contact, double by) {
-    contact->carried_normal *= by;
-    contact->carried_shear *= by;
-    contact->normal_force *= by;
-    contact->shear_force *= by;
+/// All forces of a contact, carried and present, are `by` times those of another, or its own.
+static inline void nmm_contact_scale(nmm_contact *contact, const nmm_contact *of, double by) {
+    contact->carried_normal = by * of->carried_normal;
+    contact->carried_shear = by * of->carried_shear;
+    contact->normal_force = by * of->normal_force;
+    contact->shear_force = by * of->shear_force;
 }
 
 /// What the narrow phase works on. What `out` has no room for is only counted.
@@ -95,7 +97,8 @@ typedef struct nmm_narrowing {
 
 /// Two straight sides that face each other, and the length they share.
 typedef struct nmm_side_pair {
-    int a, b; // first edges, a < b; both 0: free entry
+    int a, b;   // first edges, a < b; both 0: free entry
+    int number; // among those of near edges
     double length;
     double last; // [m] the same in the last list
 } nmm_side_pair;
@@ -119,6 +122,8 @@ struct nmm_contact_search {
 
     int n_pair, pair_capacity;
     nmm_edge_pair *pair; // near edges
+    int n_sides, sides_capacity;
+    double *shared; // [n_sides] [m] what two sides share
 
     double cell_size;  // [m] of the grid
     int n_bucket;      // power of two
@@ -139,7 +144,7 @@ struct nmm_contact_search {
     int sorted_capacity;
     nmm_raw *sorted; // by vertex and edge
     int table_capacity;
-    nmm_side_pair *table; // shared length by pair of sides, hashed
+    nmm_side_pair *table; // pairs of sides, hashed
     int next_capacity;
     nmm_contact *next; // the new list; between searches what was saved
 };
@@ -147,6 +152,9 @@ struct nmm_contact_search {
 /// Pairs of edges nearer than `reach`, complete; remade only when needed.
 nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
                             const nmm_model *model, const nmm_state *state, double reach);
+
+/// Numbers the pairs of sides that the pairs of edges are of.
+nmm_status nmm_pairs_number(nmm_context *context, nmm_contact_search *search);
 
 /// Raw contacts of all pairs, sorted by (vertex, edge), lengths added, into search->sorted.
 nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nmm_narrowing *now,
@@ -186,7 +194,7 @@ double nmm_contact_gap(const nmm_model *model, const nmm_state *state, int verte
 /// Elastic energy of a contact as it is [J].
 double nmm_contact_stored_in(const nmm_contact_search *search, const nmm_contact *c);
 
-/// Room for the pairs of sides of n contacts, all free; *size is how many entries there are.
+/// Room for n pairs of sides, all free; *size is how many entries there are.
 nmm_status nmm_side_table(nmm_context *context, nmm_contact_search *search, int n, int *size);
 
 /// The entry of two sides.

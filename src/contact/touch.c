@@ -48,10 +48,10 @@ nmm_vec2 nmm_vertex_inward(const nmm_narrowing *now, int v) {
     return nmm_vec2_sub(along, off);
 }
 
-// 1: edge-edge, 0: corner, between: both in part.
+// 1: edge-edge, 0: corner, between: both in part. Of a right angle the cosine has any sign.
 static double share_parallel(const nmm_edge_line *f, const nmm_edge_line *e) {
-    if (nmm_vec2_dot(f->t, e->t) >= 0) return 0;
     const double sine = fabs(nmm_vec2_cross(f->t, e->t));
+    if (sine >= NMM_SLANTED || nmm_vec2_dot(f->t, e->t) >= 0) return 0;
     return nmm_min(1, nmm_max(0, (NMM_SLANTED - sine) / (NMM_SLANTED - NMM_PARALLEL)));
 }
 
@@ -73,28 +73,84 @@ static bool inside_loop(const nmm_narrowing *now, int edge, nmm_vec2 place) {
     return odd == (area > 0);
 }
 
-// A raw contact before it is listed. `probe` lies in the vertex's block, near the vertex: it must
-// be inside the other block where the two overlap. An overlap deeper than `room` is left sideways;
-// of two sides always: what they share is the way past each other, pressed before or not.
+// A raw contact before it is listed: of two sides, or of a corner.
 typedef struct candidate {
     int vertex, edge;
-    double gap, room;
-    nmm_vec2 probe;
-    bool sides;
+    int facing; // edge of the vertex's block that faces the edge, -1: the vertex is a corner
+    int sides;  // as of nmm_raw
+    double gap;
+    double shared; // [m] by two sides that face each other
 } candidate;
 
+static double gap_of(const nmm_edge_line *e, nmm_vec2 place) {
+    return nmm_vec2_dot(e->n, nmm_vec2_sub(place, e->p));
+}
+
+// A place on the facing side, a twentieth of the interval away from its end, moved into the block
+// by a twentieth of the overlap: sides of a joint lie on the border of the block beside.
+static nmm_vec2 place_on_side(const nmm_narrowing *now, const candidate *c) {
+    const nmm_edge_line *f = line_of(now, c->facing);
+    const nmm_vec2 off = nmm_vec2_scale(0.05 * c->shared, f->t);
+    const nmm_vec2 on = c->vertex == c->facing ? nmm_vec2_add(f->p, off) : nmm_vec2_sub(f->q, off);
+    return nmm_vec2_add(on, nmm_vec2_scale(0.05 * nmm_min(c->gap, 0), f->n));
+}
+
+// A place in the vertex's block, a tenth of the overlap from the vertex: that itself may lie on the
+// border of the other block, beside it.
+static nmm_vec2 place_within(const nmm_narrowing *now, int vertex, double overlap) {
+    const nmm_vec2 way = nmm_vec2_scale(0.05 * overlap, nmm_vertex_inward(now, vertex));
+    return nmm_vec2_add(line_of(now, vertex)->p, way);
+}
+
+// The first edge beyond `edge` (in one direction) that is not in line with it.
+static int edge_round_the_corner(const nmm_narrowing *now, int edge, const nmm_edge_line *e,
+                                 const int *step) {
+    int other = step[edge];
+    for (int k = 0; k < 16 && other != edge; k++, other = step[other]) {
+        const nmm_edge_line *o = line_of(now, other);
+        if (is_tiny(now, o)) continue;
+        if (fabs(nmm_vec2_cross(e->t, o->t)) > 1e-3 || nmm_vec2_dot(e->t, o->t) < 0) break;
+    }
+    return other;
+}
+
+// How deep a vertex may be behind an edge before a side of a convex corner is the nearer way out;
+// negative where it is in front of that side, and not in the block at all.
+static double room_behind(const nmm_narrowing *now, int edge, nmm_vec2 place) {
+    const nmm_edge_line *e = line_of(now, edge);
+    const int *step[2] = {now->model->vertex_next, now->model->vertex_prev};
+    double room = INFINITY;
+    for (int k = 0; k < 2; k++) {
+        const int other = edge_round_the_corner(now, edge, e, step[k]);
+        const nmm_edge_line *o = line_of(now, other);
+        const double turn = nmm_vec2_cross(e->t, o->t);
+        const bool convex = k == 0 ? turn > 0 : turn < 0;
+        if (convex) room = nmm_min(room, -gap_of(o, place));
+    }
+    return room;
+}
+
+// Is an overlap a real one? Then a place in the vertex's block, near the vertex, is inside the
+// other block; and a corner that is deeper than the room there would be left sideways.
+static bool overlaps(const nmm_narrowing *now, const candidate *c) {
+    if (c->facing >= 0) return inside_loop(now, c->edge, place_on_side(now, c));
+    if (-c->gap > room_behind(now, c->edge, line_of(now, c->vertex)->p)) return false;
+    return inside_loop(now, c->edge, place_within(now, c->vertex, -c->gap));
+}
+
 // Near enough, and a real overlap if there is one. Of what is deeper than `near` only some pairs
-// are known: those whose boxes happen to be near.
+// are known: those whose boxes happen to be near. What two sides share is the way past each other,
+// pressed before or not.
 static bool listed(const nmm_narrowing *now, const candidate *c) {
     const nmm_model *model = now->model;
     if (c->gap > now->reach || c->gap < -nmm_min(now->near, NMM_DEEPEST * model->size))
         return false;
-    if (c->sides && -c->gap > c->room) return false;
+    if (c->facing >= 0 && -c->gap > c->shared) return false;
     if (c->gap >= -NMM_TOUCH * model->size) return true;
     const nmm_contact *old = nmm_contact_history(now, c->vertex, c->edge);
     if (old != NULL && old->mode != NMM_CONTACT_OPEN) return true;
     if (model->vertex_block[c->vertex] == model->vertex_block[c->edge]) return false;
-    return -c->gap <= c->room && inside_loop(now, c->edge, c->probe);
+    return overlaps(now, c);
 }
 
 // NULL: it is not listed, or there is no room for it.
@@ -105,18 +161,15 @@ static nmm_raw *add_raw(nmm_narrowing *now, const candidate *c) {
     now->n += 1;
     if (now->n > now->room) return NULL;
     nmm_raw *raw = &now->out[now->n - 1];
-    memset(raw, 0, sizeof *raw);
-    raw->vertex = c->vertex;
-    raw->edge = c->edge;
-    raw->gap = c->gap;
+    *raw = (nmm_raw){.vertex = c->vertex,
+                     .edge = c->edge,
+                     .facing = c->facing,
+                     .sides = c->sides,
+                     .gap = c->gap};
     return raw;
 }
 
 // --- Edge on edge
-
-static double gap_of(const nmm_edge_line *e, nmm_vec2 place) {
-    return nmm_vec2_dot(e->n, nmm_vec2_sub(place, e->p));
-}
 
 // One end of the shared interval: the end `u` of edge f lies `ahead` of the end `w` of edge e, seen
 // from inside the interval: then w is the end, on f; behind: u is, on e. Where they nearly coincide
@@ -124,9 +177,8 @@ static double gap_of(const nmm_edge_line *e, nmm_vec2 place) {
 // both the longer one: the other may stand for the little that two blocks share beyond a crossing.
 typedef struct interval_end {
     int u, e, w, f;
+    int sides;
     double ahead;
-    double gap_u, gap_w;
-    nmm_vec2 probe_u, probe_w;
 } interval_end;
 
 // Of two ends at one place: does `u` stand for both? The one on the side of the middle of all does;
@@ -155,27 +207,22 @@ static void add_end(nmm_narrowing *now, const interval_end *end, double shared, 
         const double had_w = last_length(now, end->w, end->f);
         if (had_u != had_w) take_u = had_u > had_w;
     }
-    const candidate c = {.vertex = take_u ? end->u : end->w,
-                         .edge = take_u ? end->e : end->f,
-                         .gap = take_u ? end->gap_u : end->gap_w,
-                         .room = shared,
-                         .probe = take_u ? end->probe_u : end->probe_w,
-                         .sides = true};
+    candidate c = {.vertex = take_u ? end->u : end->w,
+                   .edge = take_u ? end->e : end->f,
+                   .facing = take_u ? end->f : end->e,
+                   .sides = end->sides,
+                   .shared = shared};
+    const nmm_edge_line *facing = line_of(now, c.facing);
+    c.gap = gap_of(line_of(now, c.edge), c.vertex == c.facing ? facing->p : facing->q);
     nmm_raw *raw = add_raw(now, &c);
     if (raw == NULL) return;
     raw->length = 0.5 * share * shared;
     raw->shared = 0.5 * shared;
-    raw->facing = take_u ? end->f : end->e;
 }
 
-// A place on an edge, moved into the edge's block by a twentieth of the overlap: sides of a joint
-// lie on the border of the block beside.
-static nmm_vec2 within(const nmm_edge_line *line, nmm_vec2 place, double gap) {
-    return nmm_vec2_add(place, nmm_vec2_scale(0.05 * nmm_min(gap, 0), line->n));
-}
-
-static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
-                      const nmm_edge_line *le, double share) {
+static void edge_edge(nmm_narrowing *now, nmm_edge_pair pair, double share) {
+    const int f = pair.a, e = pair.b, sides = pair.sides;
+    const nmm_edge_line *lf = line_of(now, f), *le = line_of(now, e);
     // Along the mean direction, whichever is named first: e runs from 0 to c, f from a (its start,
     // further) to b (its end).
     const nmm_vec2 both = nmm_vec2_sub(le->t, lf->t);
@@ -185,30 +232,9 @@ static void edge_edge(nmm_narrowing *now, int f, int e, const nmm_edge_line *lf,
     const double c = nmm_vec2_dot(t, nmm_vec2_sub(le->q, le->p));
     const double shared = nmm_min(a, c) - nmm_max(b, 0);
     if (shared <= NMM_EXACT * now->model->size) return;
-    // Probes stand a twentieth of the interval away from its ends, and of the overlap within.
-    const double gap_a = gap_of(le, lf->p), gap_b = gap_of(le, lf->q);
-    const double gap_0 = gap_of(lf, le->p), gap_c = gap_of(lf, le->q);
-    const nmm_vec2 on_f = nmm_vec2_scale(0.05 * shared, lf->t);
-    const nmm_vec2 on_e = nmm_vec2_scale(0.05 * shared, le->t);
     const int next_e = nmm_vertex_behind(now, e), next_f = nmm_vertex_behind(now, f);
-    const interval_end high = {.u = f,
-                               .e = e,
-                               .w = next_e,
-                               .f = f,
-                               .ahead = a - c,
-                               .gap_u = gap_a,
-                               .gap_w = gap_c,
-                               .probe_u = within(lf, nmm_vec2_add(lf->p, on_f), gap_a),
-                               .probe_w = within(le, nmm_vec2_sub(le->q, on_e), gap_c)};
-    const interval_end low = {.u = next_f,
-                              .e = e,
-                              .w = e,
-                              .f = f,
-                              .ahead = -b,
-                              .gap_u = gap_b,
-                              .gap_w = gap_0,
-                              .probe_u = within(lf, nmm_vec2_sub(lf->q, on_f), gap_b),
-                              .probe_w = within(le, nmm_vec2_add(le->p, on_e), gap_0)};
+    const interval_end high = {.u = f, .e = e, .w = next_e, .f = f, .sides = sides, .ahead = a - c};
+    const interval_end low = {.u = next_f, .e = e, .w = e, .f = f, .sides = sides, .ahead = -b};
     add_end(now, &high, shared, share);
     add_end(now, &low, shared, share);
 }
@@ -236,34 +262,6 @@ static bool admissible(const nmm_narrowing *now, int vertex, const nmm_edge_line
     return *share < 1;
 }
 
-// The first edge beyond `edge` (in one direction) that is not in line with it.
-static int edge_round_the_corner(const nmm_narrowing *now, int edge, const nmm_edge_line *e,
-                                 const int *step) {
-    int other = step[edge];
-    for (int k = 0; k < 16 && other != edge; k++, other = step[other]) {
-        const nmm_edge_line *o = line_of(now, other);
-        if (is_tiny(now, o)) continue;
-        if (fabs(nmm_vec2_cross(e->t, o->t)) > 1e-3 || nmm_vec2_dot(e->t, o->t) < 0) break;
-    }
-    return other;
-}
-
-// How deep a vertex may be behind edge e before a side of a convex corner is the nearer way out;
-// negative where it is in front of that side, and not in the block at all.
-static double room_behind(const nmm_narrowing *now, int edge, const nmm_edge_line *e,
-                          nmm_vec2 place) {
-    const int *step[2] = {now->model->vertex_next, now->model->vertex_prev};
-    double room = INFINITY;
-    for (int k = 0; k < 2; k++) {
-        const int other = edge_round_the_corner(now, edge, e, step[k]);
-        const nmm_edge_line *o = line_of(now, other);
-        const double turn = nmm_vec2_cross(e->t, o->t);
-        const bool convex = k == 0 ? turn > 0 : turn < 0;
-        if (convex) room = nmm_min(room, -gap_of(o, place));
-    }
-    return room;
-}
-
 // Beyond an end of e: still in front of it? In front of a convex corner, yes; behind its line only
 // in a notch, where the next side is what overlaps.
 static bool meets_beyond(const nmm_narrowing *now, int edge, const nmm_edge_line *e, double along,
@@ -273,13 +271,6 @@ static bool meets_beyond(const nmm_narrowing *now, int edge, const nmm_edge_line
         along < 0 ? line_before(now, edge) : line_of(now, nmm_vertex_behind(now, edge));
     const double turn = nmm_vec2_cross(e->t, next->t);
     return along < 0 ? turn > 0 : turn < 0;
-}
-
-// A place in the vertex's block, a tenth of the overlap from the vertex: that itself may lie on the
-// border of the other block, beside it.
-static nmm_vec2 place_within(const nmm_narrowing *now, int vertex, double overlap) {
-    const nmm_vec2 way = nmm_vec2_scale(0.05 * overlap, nmm_vertex_inward(now, vertex));
-    return nmm_vec2_add(line_of(now, vertex)->p, way);
 }
 
 static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line *e) {
@@ -292,9 +283,7 @@ static void corner(nmm_narrowing *now, int vertex, int edge, const nmm_edge_line
     double share = 0;
     if (!admissible(now, vertex, e, &share)) return;
     if (beyond > 0 && !meets_beyond(now, edge, e, along, gap)) return;
-    candidate c = {.vertex = vertex, .edge = edge, .gap = gap};
-    if (gap < 0) c.room = room_behind(now, edge, e, place);
-    if (gap < 0) c.probe = place_within(now, vertex, -gap);
+    const candidate c = {.vertex = vertex, .edge = edge, .facing = -1, .sides = -1, .gap = gap};
     nmm_raw *raw = add_raw(now, &c);
     if (raw == NULL) return;
     raw->corner_length = (1 - share) * NMM_CORNER * size;
@@ -318,9 +307,14 @@ void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair) {
     // The vertex of a tiny edge is stood for by the one behind it.
     if (is_tiny(now, a) || is_tiny(now, b)) return;
     const double share = share_parallel(a, b);
-    if (share > 0) edge_edge(now, pair.a, pair.b, a, b, share);
+    if (share > 0) edge_edge(now, pair, share);
     // Of sides that are parallel no vertex is a corner.
     if (share == 1) return;
-    corners_of(now, pair.a, pair.b);
-    corners_of(now, pair.b, pair.a);
+    // Of two that are not one leads away from the other's line, and only it may begin in front.
+    const double turn = nmm_vec2_cross(a->t, b->t);
+    const int away = turn < 0 ? pair.b : pair.a, other = turn < 0 ? pair.a : pair.b;
+    corners_of(now, away, other);
+    const bool slanted = fabs(turn) > NMM_SLANTED;
+    const bool same = now->model->vertex_block[away] == now->model->vertex_block[other];
+    if (!slanted || same) corners_of(now, other, away);
 }

@@ -52,7 +52,13 @@ static nmm_status check_kind(nmm_file *file, nmm_h5 *h5) {
     TRY(nmm_h5_attribute_text_get(h5, NMM_META, "title", file->title, sizeof file->title));
     TRY(nmm_h5_attribute_text_get(h5, NMM_META, "scene_path", file->scene_path,
                                   sizeof file->scene_path));
-    return nmm_h5_attribute_text_get(h5, NMM_META, "status", file->state, sizeof file->state);
+    TRY(nmm_h5_attribute_text_get(h5, NMM_META, "status", file->state, sizeof file->state));
+    // Run files of before do not know, and count as dynamic.
+    char kind[32] = "dynamic";
+    if (nmm_h5_attribute_exists(h5, NMM_META, "kind"))
+        TRY(nmm_h5_attribute_text_get(h5, NMM_META, "kind", kind, sizeof kind));
+    file->is_static = strcmp(kind, "static") == 0;
+    return NMM_OK;
 }
 
 static nmm_status read_sizes(nmm_file *file, nmm_h5 *h5) {
@@ -185,6 +191,10 @@ const char *nmm_file_path(const nmm_file *file) {
 
 const char *nmm_file_title(const nmm_file *file) {
     return file->title;
+}
+
+bool nmm_file_is_static(const nmm_file *file) {
+    return file->is_static;
 }
 
 const char *nmm_file_state(const nmm_file *file) {

@@ -28,6 +28,7 @@ struct nmm_file {
     int n_frame;
     double *time; // [n_frame]
     int n_point, n_element, n_corner;
+    bool is_static;
     bool displacement, velocity, stress, contact;
     int n_monitor;
     nmm_file_monitor_head *monitor; // [n_monitor]

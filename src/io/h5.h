@@ -140,6 +140,7 @@ nmm_status nmm_h5_single_get(nmm_h5 *h5, const char *name, const nmm_h5_record *
 /// A text into `arena`.
 nmm_status nmm_h5_text_get(nmm_h5 *h5, nmm_arena *arena, const char *name, char **text,
                            size_t *length);
+bool nmm_h5_attribute_exists(nmm_h5 *h5, const char *object, const char *name);
 nmm_status nmm_h5_attribute_text_get(nmm_h5 *h5, const char *object, const char *name, char *text,
                                      size_t size);
 nmm_status nmm_h5_attribute_get(nmm_h5 *h5, const char *object, const char *name, hid_t memory,

@@ -166,9 +166,13 @@ static bool read_text_attribute(hid_t attribute, char *text, size_t size) {
     return fits;
 }
 
+bool nmm_h5_attribute_exists(nmm_h5 *h5, const char *object, const char *name) {
+    if (strcmp(object, "/") != 0 && !nmm_h5_exists(h5, object)) return false;
+    return H5Aexists_by_name(h5->file, object, name, H5P_DEFAULT) > 0;
+}
+
 static hid_t open_attribute(nmm_h5 *h5, const char *object, const char *name) {
-    if (strcmp(object, "/") != 0 && !nmm_h5_exists(h5, object)) return H5I_INVALID_HID;
-    if (H5Aexists_by_name(h5->file, object, name, H5P_DEFAULT) <= 0) return H5I_INVALID_HID;
+    if (!nmm_h5_attribute_exists(h5, object, name)) return H5I_INVALID_HID;
     return H5Aopen_by_name(h5->file, object, name, H5P_DEFAULT, H5P_DEFAULT);
 }
 

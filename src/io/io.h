@@ -108,6 +108,8 @@ typedef struct nmm_file_frame {
 nmm_context *nmm_file_context(nmm_file *file);
 const char *nmm_file_path(const nmm_file *file);
 const char *nmm_file_title(const nmm_file *file);
+/// `analysis.kind: static`: times of frames say nothing.
+bool nmm_file_is_static(const nmm_file *file);
 /// "running", "completed", ... as stored.
 const char *nmm_file_state(const nmm_file *file);
 bool nmm_file_has(const nmm_file *file, const char *field);

@@ -47,6 +47,7 @@ static nmm_status write_origin(nmm_output *output, const nmm_sim *sim) {
     TRY(nmm_h5_group_create(h5, NMM_META));
     TRY(nmm_h5_attribute_put(h5, NMM_META, "format", H5T_NATIVE_INT, 0, &format));
     TRY(put_text(h5, "title", scene->title));
+    TRY(put_text(h5, "kind", sim->settings.is_static ? "static" : "dynamic"));
     TRY(put_text(h5, "scene_path", scene->path));
     TRY(put_text(h5, "scene_hash", hash));
     TRY(put_text(h5, "version", nmm_version()));

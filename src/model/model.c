@@ -104,11 +104,16 @@ void nmm_state_place(const nmm_model *model, nmm_state *state, int n_thread) {
 
 static nmm_status check_finite(nmm_context *context, const char *stage, const char *name, long n,
                                const double *x) {
-    // A sum of x - x is zero when all are finite, and not a number otherwise.
-    double sum = 0;
-    for (long i = 0; i < n; i++)
-        sum += x[i] - x[i];
-    if (sum == 0) return NMM_OK;
+    // A sum of x - x is zero when all are finite, and not a number otherwise; several side by side.
+    double sum[8] = {0}, rest = 0;
+    for (long i = 0; i < n / 8; i++)
+        for (int k = 0; k < 8; k++)
+            sum[k] += x[8 * i + k] - x[8 * i + k];
+    for (long i = n - n % 8; i < n; i++)
+        rest += x[i] - x[i];
+    for (int k = 0; k < 8; k++)
+        rest += sum[k];
+    if (rest == 0) return NMM_OK;
     long i = 0;
     while (isfinite(x[i]))
         i += 1;

@@ -76,13 +76,15 @@ static int first_of(int *group, int block) {
     return block;
 }
 
-void nmm_balance_group(nmm_balance *balance, const nmm_model *model, const nmm_state *state) {
+void nmm_balance_group(nmm_balance *balance, const nmm_couples *couples, const nmm_model *model) {
     int *group = balance->group;
+    if (balance->list == couples->list) return;
+    balance->list = couples->list;
     for (int b = 0; b < balance->n_block; b++)
         group[b] = b;
-    for (int k = 0; k < state->n_contact; k++) {
-        const int a = model->vertex_block[state->contact[k].vertex];
-        const int b = model->vertex_block[state->contact[k].edge];
+    for (int k = 0; k < couples->n_contact; k++) {
+        const int a = model->vertex_block[couples->identity[2 * k]];
+        const int b = model->vertex_block[couples->identity[2 * k + 1]];
         // What is held passes nothing on.
         if (balance->held[a] || balance->held[b]) continue;
         const int first = first_of(group, a), second = first_of(group, b);
@@ -104,9 +106,9 @@ static double square(double x) {
 // The square of the forces of a contact over that of its normal force alone: friction passes on
 // what rounding leaves of the pressure, at 80 degrees six times of it.
 static double with_shear(const nmm_model *model, const nmm_contact *contact) {
-    const double spring = contact->shear_stiffness / contact->normal_stiffness;
-    const double friction = model->interface[contact->interface].friction;
-    return 1 + square(contact->mode == NMM_CONTACT_SLIDE ? friction : spring);
+    if (contact->mode == NMM_CONTACT_SLIDE)
+        return 1 + square(model->interface[contact->interface].friction);
+    return 1 + square(contact->shear_stiffness / contact->normal_stiffness);
 }
 
 // Springs of closed contacts: a gap changes by a difference of displacements.
@@ -175,13 +177,18 @@ static void add_covers(nmm_balance *balance, const nmm_system *system, const nmm
     }
 }
 
-static void add_blocks(nmm_balance *balance) {
+static void add_blocks(nmm_balance *balance, double tolerance) {
     memset(balance->whole, 0, (size_t)balance->n_block * sizeof *balance->whole);
     for (int b = 0; b < balance->n_block; b++) {
         nmm_balance_sums *whole = &balance->whole[balance->group[b]];
         whole->force += balance->block[b].force;
         whole->left += balance->block[b].left;
         whole->rounding += balance->block[b].rounding;
+    }
+    for (int b = 0; b < balance->n_block; b++) {
+        nmm_balance_sums *whole = &balance->whole[b];
+        if (balance->group[b] != b) continue;
+        whole->allowed = tolerance * sqrt(whole->force) + sqrt(whole->rounding);
     }
 }
 
@@ -198,23 +205,21 @@ double nmm_balance_allowed(const nmm_balance *balance, int b, double tolerance) 
     // In a group of equal blocks one of them may have what the group may have together.
     const double scale = nmm_min(balance->count[first] * block->force, whole->force);
     // Weights end there, and what is less beside the others is their rounding.
-    const double in_all = tolerance * sqrt(whole->force) + sqrt(whole->rounding);
-    const double least = block->force > 0 ? in_all * LEAST_PART : 0;
+    const double least = block->force > 0 ? whole->allowed * LEAST_PART : 0;
     return tolerance * sqrt(scale) + sqrt(block->rounding) + least;
 }
 
 double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                             const double *left, double tolerance) {
     add_covers(balance, system, model, left);
-    add_blocks(balance);
+    add_blocks(balance, tolerance);
     double worst = 0;
     for (int b = 0; b < balance->n_block; b++) {
         const nmm_balance_sums *whole = &balance->whole[b];
         balance->allowed[b] = nmm_balance_allowed(balance, b, tolerance);
         const double of_block = excess(balance->block[b].left, balance->allowed[b]);
         // Of the group that begins here.
-        const double in_all = tolerance * sqrt(whole->force) + sqrt(whole->rounding);
-        const double of_group = balance->group[b] == b ? excess(whole->left, in_all) : 0;
+        const double of_group = balance->group[b] == b ? excess(whole->left, whole->allowed) : 0;
         worst = nmm_max(worst, nmm_max(of_block, of_group));
     }
     return worst;
@@ -279,8 +284,8 @@ double nmm_balance_limit(const nmm_balance *balance) {
     double least = INFINITY;
     for (int b = 0; b < balance->n_block; b++) {
         if (!(balance->allowed[b] > 0)) continue;
-        const int exponent = balance->weighted ? balance->exponent[b] : 0;
-        least = nmm_min(least, ldexp(balance->allowed[b], exponent));
+        const double weight = balance->weighted ? balance->weight[b] : 1;
+        least = nmm_min(least, weight * balance->allowed[b]);
     }
     return least < INFINITY ? least : 0;
 }

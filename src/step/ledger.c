@@ -49,7 +49,7 @@ static inline void take_motion(const nmm_sim *sim, int e, double h, int n, eleme
         for (int x = 0; x < 2; x++) {
             const int k = 2 * cover[i] + x;
             const double v0 = sim->start_velocity[k], way = sim->moved[k];
-            const double end = h > 0 ? 2 * way / h - v0 : 0;
+            const double end = h > 0 ? 2 * sim->state.mean_velocity[k] - v0 : 0;
             m->d[2 * i + x] = sim->state.displacement[k];
             m->v[2 * i + x] = sim->state.velocity[k];
             m->way[2 * i + x] = way;
@@ -65,7 +65,7 @@ static void add_linear(const nmm_sim *sim, int e, const element_motion *motion,
     const nmm_model *model = &sim->model;
     const double *gradient = model->element_gradient + 6 * (long)e;
     const nmm_strain strain = nmm_strain_of(motion->d, gradient);
-    const nmm_elastic elastic = nmm_elastic_of(&model->material[model->element_material[e]]);
+    const nmm_elastic elastic = sim->system.elastic[model->element_material[e]];
     const double stored =
         nmm_strain_energy_of(elastic, &strain, sim->state.initial_stress + 3 * (long)e);
     const nmm_tensor H = nmm_displacement_gradient(motion->way, gradient);
@@ -77,7 +77,7 @@ static void add_linear(const nmm_sim *sim, int e, const element_motion *motion,
 static void add_curved(const nmm_sim *sim, int e, const element_motion *motion,
                        element_sums *sums) {
     const nmm_model *model = &sim->model;
-    const nmm_elastic elastic = nmm_elastic_of(&model->material[model->element_material[e]]);
+    const nmm_elastic elastic = sim->system.elastic[model->element_material[e]];
     const double *force = sim->system.element_force + 2 * model->n_local * (long)e;
     sums->strain = nmm_curved_energy(model, &sim->state, elastic, e);
     for (int i = 0; i < model->n_local; i++) {
@@ -89,12 +89,13 @@ static void add_curved(const nmm_sim *sim, int e, const element_motion *motion,
 // Sums of an element with n functions; h = 0: only the stored energies.
 static inline element_sums sum_functions(const nmm_sim *sim, int e, double h, int n) {
     const double *mass = sim->system.element_mass + (long)e * (n * (n + 1) / 2);
+    const double damping = sim->system.damping;
     element_motion motion;
     take_motion(sim, e, h, n, &motion);
     element_sums sums = {
         .kinetic = 0.5 * mass_product(n, mass, motion.v, motion.v),
         .inertia = mass_product(n, mass, motion.way, motion.rate),
-        .damping = sim->system.damping * mass_product(n, mass, motion.way, motion.end),
+        .damping = damping > 0 ? damping * mass_product(n, mass, motion.way, motion.end) : 0,
     };
     if (n == 3)
         add_linear(sim, e, &motion, &sums);

@@ -27,14 +27,25 @@ void nmm_motion_take(nmm_motion *motion, const nmm_model *model, const nmm_state
                      const int *group, const double *moved, double h) {
     double(*sum)[2] = motion->sum;
     memset(sum, 0, (size_t)model->n_block * sizeof *sum);
-    for (int i = 0; i < 2 * model->n_cover; i++) {
-        const double last = state->mean_velocity[i];
-        const double change = moved[i] / h - last, more = change - (last - motion->before[i]);
-        double *of_block = sum[group[model->cover_block[i / 2]]];
-        of_block[0] += change * change;
-        of_block[1] += more * more;
-        motion->before[i] = last;
+    // Covers of a group follow each other: their sums are kept at hand.
+    double all[2] = {0, 0};
+    int of = 0;
+    for (int c = 0; c < model->n_cover; c++) {
+        const int next = group[model->cover_block[c]];
+        if (next != of) {
+            memcpy(sum[of], all, sizeof all);
+            memcpy(all, sum[next], sizeof all);
+            of = next;
+        }
+        for (int i = 2 * c; i < 2 * c + 2; i++) {
+            const double last = state->mean_velocity[i];
+            const double change = moved[i] / h - last, more = change - (last - motion->before[i]);
+            all[0] += change * change;
+            all[1] += more * more;
+            motion->before[i] = last;
+        }
     }
+    memcpy(sum[of], all, sizeof all);
     for (int b = 0; b < model->n_block; b++)
         motion->steady[b] = h == motion->length && sum[group[b]][1] <= ALIKE * sum[group[b]][0];
     motion->length = h;

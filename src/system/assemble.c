@@ -49,6 +49,11 @@ static void stiffness_pass(nmm_system *system, const nmm_model *model, const nmm
     }
 }
 
+// Entry k of the constant pattern in the matrix.
+static inline double *base_block(const nmm_system *system, int k) {
+    return system->K.value + 4 * (long)system->place[k];
+}
+
 static void add_curved(nmm_system *system, const nmm_model *model, int c) {
     const int m = model->n_local;
     for (int k = model->cover_start[c]; k < model->cover_start[c + 1]; k++) {
@@ -56,7 +61,7 @@ static void add_curved(nmm_system *system, const nmm_model *model, int c) {
         const int *slot = system->base_slot + m * (long)model->cover_element[k];
         const double *from = system->curved_stiffness + 4 * m * (long)model->cover_element[k];
         for (int j = 0; j < m; j++) {
-            double *block = system->base_value + 4 * (long)slot[j];
+            double *block = base_block(system, slot[j]);
             for (int x = 0; x < 4; x++)
                 block[x] += from[4 * j + x];
         }
@@ -67,8 +72,9 @@ static void add_elements(nmm_system *system, const nmm_model *model, int c) {
     for (int k = model->cover_start[c]; k < model->cover_start[c + 1]; k++) {
         const int e = model->cover_element[k] / 3, i = model->cover_element[k] % 3;
         const int *slot = system->base_slot + 9 * (long)e + 3 * i;
+        const nmm_stiffness stiffness = system->stiffness[e];
         for (int j = 0; j < 3; j++)
-            nmm_stiffness_add(&system->stiffness[e], i, j, system->base_value + 4 * (long)slot[j]);
+            nmm_stiffness_add(&stiffness, i, j, base_block(system, slot[j]));
     }
 }
 
@@ -80,18 +86,17 @@ static void add_supports(nmm_system *system, const nmm_model *model, int c) {
         for (int j = 0; j < m; j++) {
             const int slot = system->base_slot[m * (m * (long)s->element + i) + j];
             const double w = system->share * s->stiffness * s->weight[i] * s->weight[j];
-            add_diagonal(system->base_value + 4 * (long)slot, s->fix_x ? w : 0, s->fix_y ? w : 0);
+            add_diagonal(base_block(system, slot), s->fix_x ? w : 0, s->fix_y ? w : 0);
         }
     }
 }
 
 static void base_row(nmm_system *system, const nmm_model *model, int c, double inertia) {
-    const long begin = system->base_start[c], end = system->base_start[c + 1];
-    for (long k = begin; k < end; k++) {
+    const int begin = system->base_start[c], end = system->base_start[c + 1];
+    for (int k = begin; k < end; k++) {
         const double m = inertia * system->base_mass[k];
-        double *block = system->base_value + 4 * k;
+        double *block = base_block(system, k);
         block[0] = block[3] = m;
-        block[1] = block[2] = 0;
     }
     if (model->order == 0)
         add_elements(system, model, c);
@@ -99,17 +104,18 @@ static void base_row(nmm_system *system, const nmm_model *model, int c, double i
         add_curved(system, model, c);
     add_supports(system, model, c);
     if (model->n_tie == 0 || system->tie_start[c] == system->tie_start[c + 1]) return;
-    for (long k = begin; k < end; k++) {
+    for (int k = begin; k < end; k++) {
         const double tie = system->share * system->tie_stiffness[k];
-        add_diagonal(system->base_value + 4 * k, tie, tie);
+        add_diagonal(base_block(system, k), tie, tie);
     }
 }
 
 // Held unknowns leave the system: their couplings vanish, their diagonal stays as a scale.
 static void remove_held(nmm_system *system, int c) {
     for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++) {
-        double *block = system->base_value + 4 * (long)k;
         const int col = system->base_col[k];
+        if (!(system->fixed[c] | system->fixed[col])) continue;
+        double *block = base_block(system, k);
         for (int x = 0; x < 4; x++) {
             const bool row_held = system->fixed[c] >> (x / 2) & 1;
             const bool col_held = system->fixed[col] >> (x % 2) & 1;
@@ -131,11 +137,17 @@ static inline double *spring_of(const nmm_system *system, int p, int m) {
     return system->spring + nmm_spring_size(m) * (long)p;
 }
 
-static void hold_spring(double *spring, const unsigned char *fixed, const int *cover, int m) {
-    for (int i = 0; i < 4 * m; i++) {
-        if (!(fixed[cover[i / 2]] >> i % 2 & 1)) continue;
-        spring[i] = 0;
-        spring[4 * m + i] = 0;
+// Held unknowns do not feel the spring of couple q.
+static void hold_spring(const nmm_system *system, const nmm_model *model, int q, double *spring) {
+    const int m = model->n_local;
+    for (int side = 0; side < 2; side++) {
+        const int *cover = model->element_cover + m * (long)system->couples.element[2 * q + side];
+        double *normal = spring + 2 * m * side, *shear = normal + 4 * m;
+        for (int i = 0; i < m; i++) {
+            const int held = system->fixed[cover[i]];
+            if (held & 1) normal[2 * i] = shear[2 * i] = 0;
+            if (held & 2) normal[2 * i + 1] = shear[2 * i + 1] = 0;
+        }
     }
 }
 
@@ -148,7 +160,6 @@ static bool slides(unsigned char mode) {
 }
 
 // The spring at place p of the couples' order, of couple q, whose first element may be the edge's.
-// Held unknowns do not feel it.
 static void make_spring(nmm_system *system, const nmm_model *model, const nmm_state *state, int q,
                         int p) {
     const int m = model->n_local, order = system->couples.order[p];
@@ -157,13 +168,10 @@ static void make_spring(nmm_system *system, const nmm_model *model, const nmm_st
     const int of_vertex = order % 2 == 1 ? 2 * m : 0, of_edge = 2 * m - of_vertex;
     const nmm_derivatives to = {{spring + of_vertex, spring + of_edge},
                                 {spring + 4 * m + of_vertex, spring + 4 * m + of_edge}};
-    nmm_contact_derive(model, contact, to);
+    nmm_contact_derive(model, contact, &to);
     spring[8 * m] = contact->normal_stiffness;
     spring[8 * m + 1] = holds_shear(system->spring_mode[p]) ? contact->shear_stiffness : 0;
-    if (system->fixed == NULL) return;
-    int cover[2 * NMM_MOST_LOCAL] = {0};
-    nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
-    hold_spring(spring, system->fixed, cover, m);
+    if (system->fixed != NULL) hold_spring(system, model, q, spring);
 }
 
 // What was to slide one way and slid the other is caught: a spring that holds its shear finds the
@@ -218,22 +226,24 @@ static inline void put_row(nmm_system *system, int q, int i, int m, const double
     }
 }
 
-// Adds the two rows of cover i of all closed springs of couple q to the blocks of the matrix: sums
-// stay in registers where m is a constant.
-static inline __attribute__((always_inline)) void add_cover(nmm_system *system, int q, int i,
-                                                            int m) {
-    const nmm_couples *couples = &system->couples;
-    const int *slot = couples->slot + 2 * m * (2 * m * (long)q + i);
+// Adds the closed springs of couple q to row i of it in the matrix: sums stay in registers where m
+// is a constant. `slot` of that row.
+static inline __attribute__((always_inline)) void add_cover(const nmm_system *system, int q, int i,
+                                                            const int *slot, int m) {
+    const unsigned char *mode = system->spring_mode;
+    const int end = system->couples.start[q + 1];
     double *value = system->K.value;
+    bool any = false;
     four sum[2][NMM_MOST_LOCAL];
     for (int j = 0; j < m; j++)
         sum[0][j] = sum[1][j] = (four){0, 0, 0, 0};
-    for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-        if (system->spring_mode[p] == NMM_SPRING_OPEN) continue;
+    for (int p = system->couples.start[q]; p < end; p++) {
+        if (mode[p] == NMM_SPRING_OPEN) continue;
         const double *normal = spring_of(system, p, m), *shear = normal + 4 * m;
         const double kn = normal[8 * m], ks = normal[8 * m + 1];
         const double across[2] = {kn * normal[2 * i], kn * normal[2 * i + 1]};
         const double along[2] = {ks * shear[2 * i], ks * shear[2 * i + 1]};
+        any = true;
         for (int j = 0; j < m; j++) {
             four n, s;
             memcpy(&n, normal + 4 * j, sizeof n);
@@ -243,7 +253,7 @@ static inline __attribute__((always_inline)) void add_cover(nmm_system *system, 
         }
     }
     // Two blocks at a time, each of both rows.
-    for (int j = 0; j < m; j++) {
+    for (int j = 0; j < m && any; j++) {
         double *block[2] = {value + 4 * (long)slot[2 * j], value + 4 * (long)slot[2 * j + 1]};
         four old[2];
         memcpy(&old[0], block[0], sizeof *old);
@@ -255,30 +265,24 @@ static inline __attribute__((always_inline)) void add_cover(nmm_system *system, 
     }
 }
 
-static bool any_closed(const nmm_system *system, int q) {
-    const nmm_couples *couples = &system->couples;
-    for (int p = couples->start[q]; p < couples->start[q + 1]; p++)
-        if (system->spring_mode[p] != NMM_SPRING_OPEN) return true;
-    return false;
-}
-
 // Springs of all couples of row c, added up couple by couple.
-static inline __attribute__((always_inline)) void add_couples(nmm_system *system, int c, int m) {
+static inline __attribute__((always_inline)) void add_couples(const nmm_system *system, int c,
+                                                              int m) {
     const nmm_couples *couples = &system->couples;
     for (int k = couples->cover_start[c]; k < couples->cover_start[c + 1]; k++) {
-        const int q = couples->cover_couple[k] / (2 * m), i = couples->cover_couple[k] % (2 * m);
-        if (any_closed(system, q)) add_cover(system, q, i, m);
+        const int row = couples->cover_couple[k], q = row / (2 * m);
+        add_cover(system, q, row - 2 * m * q, couples->slot + 2 * m * (long)row, m);
     }
 }
 
 #if defined(__x86_64__)
-__attribute__((target("avx2"))) static void add_three_wide(nmm_system *system, int c) {
+__attribute__((target("avx2"))) static void add_three_wide(const nmm_system *system, int c) {
     add_couples(system, c, 3);
 }
 #endif
 
 // The same for linear functions; with AVX2 four numbers at once, and the same bits.
-static void add_three(nmm_system *system, int c) {
+static void add_three(const nmm_system *system, int c) {
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2")) {
         add_three_wide(system, c);
@@ -374,13 +378,12 @@ static bool change_springs(nmm_system *system, const nmm_model *model, const nmm
 
 // --- All
 
-static void fill_row(nmm_system *system, const nmm_model *model, int c) {
-    nmm_bsr *K = &system->K;
-    const size_t block = 4 * sizeof(double);
+static void fill_row(nmm_system *system, const nmm_model *model, int c, double inertia) {
+    const nmm_bsr *K = &system->K;
     const long begin = K->row_start[c], end = K->row_start[c + 1];
-    memset(K->value + 4 * begin, 0, (size_t)(end - begin) * block);
-    for (long k = system->base_start[c]; k < system->base_start[c + 1]; k++)
-        memcpy(K->value + 4 * (long)system->place[k], system->base_value + 4 * k, block);
+    memset(K->value + 4 * begin, 0, 4 * (size_t)(end - begin) * sizeof *K->value);
+    base_row(system, model, c, inertia);
+    if (system->fixed != NULL) remove_held(system, c);
     if (model->order == 0)
         add_three(system, c);
     else
@@ -396,11 +399,8 @@ static void make_all(const nmm_context *context, nmm_system *system, const nmm_m
     for (int q = 0; q < n_couple; q++)
         make_springs(system, model, state, q);
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
-    for (int c = 0; c < n; c++) {
-        base_row(system, model, c, inertia);
-        if (system->fixed != NULL) remove_held(system, c);
-        fill_row(system, model, c);
-    }
+    for (int c = 0; c < n; c++)
+        fill_row(system, model, c, inertia);
 }
 
 bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,

@@ -208,7 +208,6 @@ static nmm_status allocate_passes(nmm_context *context, nmm_system *system,
     TRY(nmm_allocate(context, &system->scale, n, sizeof(double)));
     TRY(nmm_allocate(context, &system->residual, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &system->change, 2 * n, sizeof(double)));
-    TRY(nmm_allocate(context, &system->base_value, 4 * n_base, sizeof(double)));
     TRY(nmm_allocate(context, &system->place, n_base, sizeof(int)));
     TRY(nmm_allocate(context, &system->row_room, n, sizeof(int)));
     TRY(nmm_allocate(context, &system->K.row_start, n + 1, sizeof(int)));
@@ -253,23 +252,23 @@ nmm_status nmm_system_create(nmm_context *context, const nmm_model *model,
 
 void nmm_system_destroy(nmm_context *context, nmm_system *system) {
     void *owned[] = {
-        &system->K.row_start,  &system->K.col,         &system->K.value,
-        &system->K.diagonal,   &system->residual,      &system->change,
-        &system->base_start,   &system->base_col,      &system->base_slot,
-        &system->element_mass, &system->base_mass,     &system->cover_mass,
-        &system->elastic,      &system->support_start, &system->cover_support,
-        &system->edge_start,   &system->cover_edge,    &system->fixed,
-        &system->reaction,     &system->place,         &system->column,
-        &system->start_stress, &system->start_load,    &system->start_reaction,
-        &system->row_room,     &system->piola,         &system->element_force,
-        &system->acceleration, &system->load,          &system->support_force,
-        &system->pull,         &system->edge_force,    &system->contact_force,
-        &system->caught,       &system->scale,         &system->cover_give,
-        &system->stiffness,    &system->base_value,    &system->spring,
-        &system->mode,         &system->spring_mode,   &system->body,
-        &system->tie_start,    &system->cover_tie,     &system->tie_stiffness,
-        &system->tie_mass,     &system->tie_force,     &system->curved_stiffness,
-        &system->coupling.row, &system->coupling.push, &system->coupling.pull,
+        &system->K.value,        &system->K.diagonal,    &system->residual,
+        &system->change,         &system->base_start,    &system->base_col,
+        &system->base_slot,      &system->element_mass,  &system->base_mass,
+        &system->cover_mass,     &system->elastic,       &system->support_start,
+        &system->cover_support,  &system->edge_start,    &system->cover_edge,
+        &system->fixed,          &system->reaction,      &system->place,
+        &system->column,         &system->start_stress,  &system->start_load,
+        &system->start_reaction, &system->row_room,      &system->piola,
+        &system->element_force,  &system->acceleration,  &system->load,
+        &system->support_force,  &system->pull,          &system->edge_force,
+        &system->contact_force,  &system->caught,        &system->scale,
+        &system->cover_give,     &system->stiffness,     &system->spring,
+        &system->mode,           &system->spring_mode,   &system->body,
+        &system->tie_start,      &system->cover_tie,     &system->tie_stiffness,
+        &system->tie_mass,       &system->tie_force,     &system->curved_stiffness,
+        &system->coupling.row,   &system->coupling.push, &system->coupling.pull,
+        &system->K.row_start,    &system->K.col,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);

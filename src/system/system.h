@@ -19,6 +19,7 @@
 /// Contacts by couples: two elements whose loop edges meet in one contact or more. The pattern of
 /// the matrix follows from the couples alone, and they change less often than the contacts.
 typedef struct nmm_couples {
+    long list; // times that other contacts were listed
     int n_contact, contact_capacity;
     int *identity; // [n_contact][2] vertex, edge of the list these follow from
     int *order;    // [n_contact] 2 * contact + (the vertex is on the second element), by couple
@@ -106,7 +107,6 @@ typedef struct nmm_system {
     // Of the matrix.
     nmm_stiffness *stiffness; // [n_element]; order > 0: NULL
     double *curved_stiffness; // [n_element][n_local][n_local][2][2] N/m; order 0: NULL
-    double *base_value;       // [n_base][2][2] elements, inertia and supports
     // Springs, frozen when the matrix was made, by couple: derivatives of gap and of slip by the
     // displacements of the couple's covers, then the normal and shear stiffness that act, sliding:
     // no shear.

@@ -151,12 +151,13 @@ static double round_digits(double x) {
 
 static void write_titles(nmm_picture *picture) {
     const nmm_file_frame *frame = &picture->frame;
-    char time[32], scale[64];
+    char when[64] = "static", scale[64];
     snprintf(picture->title, sizeof picture->title, "%.250s", nmm_file_title(picture->file));
     // A cut in the middle of a character is mended too.
     clean_text(picture->title);
     char text[32];
-    snprintf(time, sizeof time, "%s", nmm_number_text(text, round_digits(frame->time)));
+    if (!nmm_file_is_static(picture->file))
+        snprintf(when, sizeof when, "t = %s s", nmm_number_text(text, round_digits(frame->time)));
     if (frame->displacement == NULL)
         snprintf(scale, sizeof scale, "reference shape");
     else if (picture->scale == 1)
@@ -164,7 +165,7 @@ static void write_titles(nmm_picture *picture) {
     else
         snprintf(scale, sizeof scale, "displacements \xc3\x97 %s",
                  nmm_number_text(text, picture->scale));
-    snprintf(picture->subtitle, sizeof picture->subtitle, "t = %s s,  frame %d of %d,  %s", time,
+    snprintf(picture->subtitle, sizeof picture->subtitle, "%s,  frame %d of %d,  %s", when,
              frame->index, nmm_file_frames(picture->file) - 1, scale);
 }
 

@@ -5,6 +5,7 @@
     ring_voussoirs   largest pair of forces for which a line of thrust stays inside all joints
     slope_circular   friction that the slip line needs by the simplified method of Bishop
     push_block       work of the push on a rigid block that turns about its foot
+    rings_halfplane  weight of the wedge over the tunnel, and the thrust that holds it
 
     python3 paper_limits.py          prints them, one a line
 """
@@ -123,8 +124,26 @@ def push_block(push=17167.5, at=1.8, mass=5000.0, dt=2e-5):
     return work
 
 
+def rings_halfplane(radius=3.0, top=5.4, low=(1.000258, 2.6), lean=math.radians(15), friction=45,
+                    density=2500):
+    """Weight of the wedge between the faults, from the tunnel of 36 sides to the surface, and the
+    level thrust that holds it."""
+    def fault(y):
+        return low[0] - (y - low[1]) * math.tan(lean)
+
+    a, b = ((radius * math.sin(k * math.pi / 18), radius * math.cos(k * math.pi / 18))
+            for k in (1, 2))
+    # Where the fault meets the side from a to b.
+    part = halve(lambda s: a[0] + s * (b[0] - a[0]) < fault(a[1] + s * (b[1] - a[1])), 0, 1)
+    foot = (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
+    half = area_and_x([(0, radius), a, foot, (fault(top), top), (0, top)])[0]
+    weight = 2 * half * density * GRAVITY
+    return weight, weight / (2 * math.tan(math.radians(friction) - lean))
+
+
 if __name__ == "__main__":
     print("arch_abutments  thrust %.0f N, friction %.2f degrees" % arch_abutments())
     print("ring_voussoirs  force %.0f N" % ring_voussoirs())
     print("slope_circular  friction %.2f degrees" % slope_circular())
     print("push_block      work %.0f J" % push_block())
+    print("rings_halfplane weight %.0f N, thrust %.0f N" % rings_halfplane())

@@ -25,6 +25,8 @@ PROMISES = [
     ("paper_limits.py", "slope_circular +friction", 23.67, 0.005, "paper/slope_circular",
      "23.67 degrees"),
     ("paper_limits.py", "push_block +work", 8908, 0.5, "paper/push_block", "8908 J"),
+    ("paper_limits.py", "rings_halfplane +weight", 69800, 50, "paper/rings_halfplane", "69.8 kN"),
+    ("paper_limits.py", "rings_halfplane .*thrust", 60400, 50, "paper/rings_halfplane", "60.4 kN"),
     ("limit.py", "free columns: collapse load", 40500, 50, "paper/arch_columns", "40.5 kN"),
     ("limit.py", "free columns: .*friction angle needed", 32.1, 0.05, "paper/arch_columns",
      "32.1 degrees"),

@@ -260,8 +260,11 @@ class Bench(unittest.TestCase):
             self.check_pictures("contact", self.at("bench"))
 
     def test_interrupted_twice(self):
-        program = subprocess.Popen([PROGRAM, "bench", "only"], cwd=self.folder,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        # One measurement, of seconds.
+        os.remove(self.at("scenes", "strut_whole", "scene.yaml"))
+        program = subprocess.Popen([PROGRAM, "bench", "table1", "--scenes", "scenes"],
+                                   cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   text=True)
         while not os.path.exists(self.at("bench")) and program.poll() is None:
             time.sleep(0.05)
         for _ in range(2):
@@ -270,8 +273,8 @@ class Bench(unittest.TestCase):
         _, messages = program.communicate(timeout=200)
         self.assertEqual(program.returncode, 1, messages)
         self.assertNotIn("frame", messages)
-        if "ended at once" in messages:
-            self.assertIn("nothing of this measurement was written", messages)
+        self.assertIn("ended at once; nothing of this measurement was written", messages)
+        self.assertFalse(os.path.exists(self.at("bench")))
 
     def test_help(self):
         done = self.run_bench("--help")
