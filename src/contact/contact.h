@@ -90,7 +90,8 @@ nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *stat
                                    const nmm_contact *contact);
 
 /// The derivatives alone, at the last evaluation.
-void nmm_contact_derive(const nmm_model *model, const nmm_contact *contact, nmm_derivatives to);
+void nmm_contact_derive(const nmm_model *model, const nmm_contact *contact,
+                        const nmm_derivatives *to);
 
 /// Forces of the contact at the last evaluation: pull[3][2] [N] on the vertex, on the start and on
 /// the end of the edge. With the weights of the covers there the same as the row times the forces.

@@ -192,29 +192,32 @@ static frame frame_evaluated(const nmm_contact *c) {
 
 // For elements with m functions; a constant m makes straight code of it.
 static inline void derive(const nmm_model *model, const nmm_contact *contact, const frame *f, int m,
-                          nmm_derivatives to) {
+                          const nmm_derivatives *to) {
     const double a = f->foot, b = contact->anchor;
     const double *wv = model->edge_weight + 2 * m * (long)contact->vertex;
     const double *we = model->edge_weight + 2 * m * (long)contact->edge;
+    double *normal = to->normal[0], *normal_edge = to->normal[1];
+    double *shear = to->shear[0], *shear_edge = to->shear[1];
     for (int i = 0; i < m; i++) {
         const double at_vertex = wv[i], at_start = we[i], at_end = we[m + i];
-        to.normal[0][2 * i] = at_vertex * f->n.x;
-        to.normal[0][2 * i + 1] = at_vertex * f->n.y;
-        to.shear[0][2 * i] = at_vertex * f->t.x;
-        to.shear[0][2 * i + 1] = at_vertex * f->t.y;
+        normal[2 * i] = at_vertex * f->n.x;
+        normal[2 * i + 1] = at_vertex * f->n.y;
+        shear[2 * i] = at_vertex * f->t.x;
+        shear[2 * i + 1] = at_vertex * f->t.y;
         // d gap = n . (dp0 - (1 - a) dp1 - a dp2): exact, the turn of n included.
         const double at_foot = (1 - a) * at_start + a * at_end;
-        to.normal[1][2 * i] = -at_foot * f->n.x;
-        to.normal[1][2 * i + 1] = -at_foot * f->n.y;
+        normal_edge[2 * i] = -at_foot * f->n.x;
+        normal_edge[2 * i + 1] = -at_foot * f->n.y;
         // d slip = t . (dp0 - (1 - b) dp1 - b dp2) + g/L n . (dp2 - dp1), b the anchor.
         const double at_anchor = (1 - b) * at_start + b * at_end;
         const double turned = f->turn * (at_end - at_start);
-        to.shear[1][2 * i] = -at_anchor * f->t.x + turned * f->n.x;
-        to.shear[1][2 * i + 1] = -at_anchor * f->t.y + turned * f->n.y;
+        shear_edge[2 * i] = -at_anchor * f->t.x + turned * f->n.x;
+        shear_edge[2 * i + 1] = -at_anchor * f->t.y + turned * f->n.y;
     }
 }
 
-void nmm_contact_derive(const nmm_model *model, const nmm_contact *contact, nmm_derivatives to) {
+void nmm_contact_derive(const nmm_model *model, const nmm_contact *contact,
+                        const nmm_derivatives *to) {
     const frame f = frame_evaluated(contact);
     if (model->n_local == 3)
         derive(model, contact, &f, 3, to);
@@ -230,7 +233,7 @@ nmm_contact_row nmm_contact_row_of(const nmm_model *model, const nmm_state *stat
     const frame f = frame_of(model, state, contact);
     nmm_contact_row row;
     const nmm_derivatives to = {{row.normal[0], row.normal[m]}, {row.shear[0], row.shear[m]}};
-    derive(model, contact, &f, m, to);
+    derive(model, contact, &f, m, &to);
     for (int i = 0; i < m; i++) {
         row.cover[i] = cv[i];
         row.cover[m + i] = ce[i];

@@ -57,7 +57,7 @@ static inline void put_lane(group *g, int l, nmm_tensor P) {
 
 // Both kernels are written without inner loops and branches, or the compiler would go element by
 // element.
-static void fill_group(group *restrict g) {
+static inline __attribute__((always_inline)) void fill_ends(group *restrict g) {
     for (int l = 0; l < LANES; l++) {
         const double d[6] = {g->d[0][l], g->d[1][l], g->d[2][l],
                              g->d[3][l], g->d[4][l], g->d[5][l]};
@@ -70,7 +70,7 @@ static void fill_group(group *restrict g) {
     }
 }
 
-static void fill_means(group *restrict g, double share) {
+static inline __attribute__((always_inline)) void fill_means(group *restrict g, double share) {
     for (int l = 0; l < LANES; l++) {
         const double d[6] = {g->d[0][l], g->d[1][l], g->d[2][l],
                              g->d[3][l], g->d[4][l], g->d[5][l]};
@@ -89,6 +89,30 @@ static void fill_means(group *restrict g, double share) {
                              share * at_end[2] + (1 - share) * g->start[2][l]};
         put_lane(g, l, nmm_turned_of(&half, T, T));
     }
+}
+
+static inline __attribute__((always_inline)) void fill_lanes(group *g, const nmm_inner *inner) {
+    if (inner->start != NULL)
+        fill_means(g, inner->share);
+    else
+        fill_ends(g);
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2"))) static void fill_wide(group *g, const nmm_inner *inner) {
+    fill_lanes(g, inner);
+}
+#endif
+
+// With AVX2 four elements at once, and the same bits.
+static void fill_group(group *g, const nmm_inner *inner) {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx2")) {
+        fill_wide(g, inner);
+        return;
+    }
+#endif
+    fill_lanes(g, inner);
 }
 
 // Results of the first n lanes to the elements from `first` on.
@@ -111,10 +135,7 @@ void nmm_inner_fill(const nmm_model *model, const nmm_state *state, const nmm_el
             take_element(&g, l, model, state, elastic, e);
             if (inner->start != NULL) take_start(&g, l, model, inner, e);
         }
-        if (inner->start != NULL)
-            fill_means(&g, inner->share);
-        else
-            fill_group(&g);
+        fill_group(&g, inner);
         give_elements(&g, inner, begin, n);
     }
 }

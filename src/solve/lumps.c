@@ -36,7 +36,7 @@ static nmm_status reserve(nmm_context *context, nmm_lumps *lumps, int n, int n_s
     TRY(nmm_grow(context, &lumps->inverse, &room[4], n + 1, 48 * sizeof(float)));
     TRY(nmm_grow(context, &lumps->scale, &room[5], n + 1, 8 * sizeof(double)));
     TRY(nmm_grow(context, &lumps->own, &room[6], n + 1, 36 * sizeof(double)));
-    TRY(nmm_grow(context, &lumps->changed, &room[7], n + 1, sizeof(bool)));
+    TRY(nmm_grow(context, &lumps->changed, &room[7], n + 1, sizeof(nmm_lump_change)));
     lumps->capacity = room[7];
     int side[4];
     for (int i = 0; i < 4; i++)

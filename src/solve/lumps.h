@@ -12,6 +12,10 @@
 
 #include "solve.h"
 
+/// What the last take found of the diagonal block of a lump: two that are other ones, or one that
+/// has other scales, change the blocks beside them.
+typedef enum nmm_lump_change { NMM_LUMP_SAME, NMM_LUMP_OTHER, NMM_LUMP_RESCALED } nmm_lump_change;
+
 /// Vectors are [n][8]: six numbers and two zeros for each lump, in the order of the waves.
 typedef struct nmm_lumps {
     int n;
@@ -27,7 +31,7 @@ typedef struct nmm_lumps {
     float *inverse;                     // [n][6][8] of the diagonal blocks
     double *scale;                      // [n][8] of the unknowns
     double *own;                        // [n][6][6] diagonal blocks that were inverted
-    bool *changed;                      // [n] the last take found another diagonal block
+    nmm_lump_change *changed;           // [n]
     // The coupling: push (pull . x) for two lumps each.
     int n_term;
     int *term;          // [n_term][2]
@@ -55,6 +59,8 @@ void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double factor, double
 typedef struct nmm_lumps_kernels {
     /// Takes the numbers; false: a diagonal block is not positive definite.
     bool (*take)(nmm_lumps *lumps, const nmm_bsr *K);
+    /// The residual of the matrix itself, wide.r = f - K u - extra.
+    void (*residual)(const nmm_solver *solver, const double *extra);
     /// t = (D + U)^-1 D v.
     void (*backward)(const nmm_lumps *lumps, const float *v, float *t);
     /// y = (D + L)^-1 (K t + extra) for t = (D + U)^-1 D v; `ahead` becomes y - t.

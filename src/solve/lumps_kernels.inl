@@ -7,6 +7,7 @@
 // several such chains at a time.
 
 #include "lumps.h"
+#include "solver.h"
 
 #include <math.h>
 #include <string.h>
@@ -107,12 +108,14 @@ static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, int i) {
     for (int r = 0; r < 3; r++)
         memcpy(block[r], K->value + 4 * (long)(K->diagonal[3 * lumps->order[i] + r] - r),
                sizeof block[r]);
-    lumps->changed[i] = !same_diagonal(block, kept);
-    if (!lumps->changed[i]) return true;
+    lumps->changed[i] = NMM_LUMP_SAME;
+    if (same_diagonal(block, kept)) return true;
+    lumps->changed[i] = NMM_LUMP_OTHER;
     memcpy(kept, block, sizeof block);
-    for (int r = 0; r < 3; r++) {
-        scale[2 * r] = scale_of(block[r][r][0]);
-        scale[2 * r + 1] = scale_of(block[r][r][3]);
+    for (int j = 0; j < 6; j++) {
+        const double was = scale[j];
+        scale[j] = scale_of(block[j / 2][j / 2][3 * (j % 2)]);
+        if (scale[j] != was) lumps->changed[i] = NMM_LUMP_RESCALED;
     }
     const wide_lanes left = {scale[0], scale[1], scale[2], scale[3]};
     const wide_lanes right = {scale[4], scale[5], 0, 0};
@@ -154,43 +157,42 @@ static inline void take_two_columns(const double *const row[3], const wide_lanes
     FOUR(column + 12) = __builtin_shufflevector(part[2], zero, 1, 3, 4, 5);
 }
 
-// A block of 6x6 at the three blocks from `from` on of each of the three rows.
-static inline void take_block(const double *const row[3], const double *scale, const double *other,
-                              float *value) {
+// A block of 6x6 at the three blocks from `value` on of each of three rows, `length` blocks apart.
+static inline void take_block(const double *value, long length, const wide_lanes left[3],
+                              const double *other, float *block) {
+    const double *const at[3] = {value, value + 4 * length, value + 8 * length};
     for (int c = 0; c < 3; c++) {
-        const double *const at[3] = {row[0] + 4 * c, row[1] + 4 * c, row[2] + 4 * c};
-        wide_lanes left[3];
-        for (int r = 0; r < 3; r++) {
-            const double x = scale[2 * r], y = scale[2 * r + 1];
-            left[r] = (wide_lanes){x, x, y, y};
-        }
-        take_two_columns(at, left, other + 2 * c, value + 16 * c);
+        const double *const row[3] = {at[0] + 4 * c, at[1] + 4 * c, at[2] + 4 * c};
+        take_two_columns(row, left, other + 2 * c, block + 16 * c);
     }
 }
 
-// What two bodies have to do with each other changes the diagonal blocks of both.
+// Of n blocks in a row those that have changed.
+static void take_side(const nmm_lumps *lumps, const double *value, long length, int i, int n,
+                      const int *place, float *block) {
+    const nmm_lump_change *changed = lumps->changed, mine = changed[i];
+    const double *scale = lumps->scale, *own = scale + 8 * (long)i;
+    wide_lanes left[3];
+    for (int r = 0; r < 3; r++)
+        left[r] = (wide_lanes){own[2 * r], own[2 * r], own[2 * r + 1], own[2 * r + 1]};
+    for (int k = 0; k < n; k++, value += 12, block += 48)
+        if (mine + changed[place[k]] >= NMM_LUMP_RESCALED)
+            take_block(value, length, left, scale + 8 * (long)place[k], block);
+}
+
+// What two bodies have to do with each other changes the diagonal blocks of both: one that is the
+// same is enough, unless the scale of the other is new.
 static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
-    const bool *changed = lumps->changed;
     for (int i = 0; i < lumps->n; i++) {
         const int row = 3 * lumps->order[i];
+        const int before = lumps->before_start[i], behind = lumps->behind_start[i + 1];
+        const int n_before = lumps->before_start[i + 1] - before;
         const long length = K->row_start[row + 1] - K->row_start[row];
         const double *value = K->value + 4 * (long)K->row_start[row];
-        const double *scale = lumps->scale + 8 * (long)i;
-        int k = lumps->before_start[i], end = lumps->before_start[i + 1];
-        for (; k < end; k++, value += 12) {
-            if (!changed[i] && !changed[lumps->before[k]]) continue;
-            const double *const at[3] = {value, value + 4 * length, value + 8 * length};
-            take_block(at, scale, lumps->scale + 8 * (long)lumps->before[k],
-                       lumps->before_value + 48 * (long)k);
-        }
-        value += 12;
-        k = lumps->behind_start[i + 1], end = lumps->behind_start[i];
-        for (; k < end; k++, value += 12) {
-            if (!changed[i] && !changed[lumps->behind[k]]) continue;
-            const double *const at[3] = {value, value + 4 * length, value + 8 * length};
-            take_block(at, scale, lumps->scale + 8 * (long)lumps->behind[k],
-                       lumps->behind_value + 48 * (long)k);
-        }
+        take_side(lumps, value, length, i, n_before, lumps->before + before,
+                  lumps->before_value + 48 * (long)before);
+        take_side(lumps, value + 12 * (n_before + 1), length, i, lumps->behind_start[i] - behind,
+                  lumps->behind + behind, lumps->behind_value + 48 * (long)behind);
     }
 }
 
@@ -203,6 +205,32 @@ static bool take(nmm_lumps *lumps, const nmm_bsr *K) {
     }
     take_blocks(lumps, K);
     return true;
+}
+
+// The three rows of a lump have the same columns, in threes: each x serves three blocks. The same
+// sums as row by row.
+static void residual(const nmm_solver *s, const double *extra) {
+    const double *u = s->wide.u;
+    for (int row = 0; row < s->n; row += 3) {
+        const int *col = s->col + s->row_start[row];
+        const long length = s->row_start[row + 1] - s->row_start[row];
+        const double *value = s->wide.value + 4 * (long)s->row_start[row];
+        wide_lanes sum[3] = {{0}};
+        for (long k = 0; k < length; k++, value += 4) {
+            const double *x = u + 2 * (long)col[k];
+            const wide_lanes twice = {x[0], x[1], x[0], x[1]};
+            for (int r = 0; r < 3; r++) {
+                wide_lanes v;
+                memcpy(&v, value + 4 * r * length, sizeof v);
+                sum[r] += v * twice;
+            }
+        }
+        for (int r = 0; r < 3; r++) {
+            const long at = 2 * ((long)row + r);
+            s->wide.r[at] = s->wide.f[at] - (sum[r][0] + sum[r][1]) - extra[at];
+            s->wide.r[at + 1] = s->wide.f[at + 1] - (sum[r][2] + sum[r][3]) - extra[at + 1];
+        }
+    }
 }
 
 // --- Sweeps
@@ -348,6 +376,7 @@ static void combine(const float *basis, int m, long n, const double *part, float
 }
 
 const nmm_lumps_kernels KERNELS = {.take = take,
+                                   .residual = residual,
                                    .backward = backward,
                                    .forward = forward,
                                    .couple = couple,

@@ -76,13 +76,15 @@ static int first_of(int *group, int block) {
     return block;
 }
 
-void nmm_balance_group(nmm_balance *balance, const nmm_model *model, const nmm_state *state) {
+void nmm_balance_group(nmm_balance *balance, const nmm_couples *couples, const nmm_model *model) {
     int *group = balance->group;
+    if (balance->list == couples->list) return;
+    balance->list = couples->list;
     for (int b = 0; b < balance->n_block; b++)
         group[b] = b;
-    for (int k = 0; k < state->n_contact; k++) {
-        const int a = model->vertex_block[state->contact[k].vertex];
-        const int b = model->vertex_block[state->contact[k].edge];
+    for (int k = 0; k < couples->n_contact; k++) {
+        const int a = model->vertex_block[couples->identity[2 * k]];
+        const int b = model->vertex_block[couples->identity[2 * k + 1]];
         // What is held passes nothing on.
         if (balance->held[a] || balance->held[b]) continue;
         const int first = first_of(group, a), second = first_of(group, b);

@@ -29,6 +29,7 @@ typedef struct nmm_balance_sums {
 typedef struct nmm_balance {
     int n_block;
     bool *held;              // [n_block] all covers are held: there is nothing to balance
+    long list;               // nmm_couples.list that the groups follow from
     int *group;              // [n_block] blocks that may touch in this step: the first one of them
     int *count;              // [n_block] blocks of the group that begins here
     nmm_balance_sums *block; // [n_block]
@@ -46,8 +47,8 @@ nmm_status nmm_balance_open(nmm_context *context, nmm_balance *balance, const nm
                             const nmm_system *system);
 void nmm_balance_close(nmm_context *context, nmm_balance *balance);
 
-/// A step begins: groups of blocks that the listed contacts join.
-void nmm_balance_group(nmm_balance *balance, const nmm_model *model, const nmm_state *state);
+/// A step begins: groups of blocks that the contacts join, which the couples are those of.
+void nmm_balance_group(nmm_balance *balance, const nmm_couples *couples, const nmm_model *model);
 
 /// What rounding leaves of the forces, at the matrix just made. The step's length is `h`, no point
 /// is meant to go further than `reach` [m]; velocities are those of its start.

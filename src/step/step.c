@@ -156,9 +156,9 @@ static nmm_status find_contacts(nmm_sim *sim, double h) {
             sim->contact_energy.elastic = nmm_contact_stored(sim->search, &sim->state);
         }
     }
-    nmm_balance_group(&sim->balance, &sim->model, &sim->state);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.contact);
     TRY(nmm_system_pattern(&sim->context, &sim->system, &sim->model, &sim->state));
+    nmm_balance_group(&sim->balance, &sim->system.couples, &sim->model);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     return NMM_OK;
 }

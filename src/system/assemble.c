@@ -168,7 +168,7 @@ static void make_spring(nmm_system *system, const nmm_model *model, const nmm_st
     const int of_vertex = order % 2 == 1 ? 2 * m : 0, of_edge = 2 * m - of_vertex;
     const nmm_derivatives to = {{spring + of_vertex, spring + of_edge},
                                 {spring + 4 * m + of_vertex, spring + 4 * m + of_edge}};
-    nmm_contact_derive(model, contact, to);
+    nmm_contact_derive(model, contact, &to);
     spring[8 * m] = contact->normal_stiffness;
     spring[8 * m + 1] = holds_shear(system->spring_mode[p]) ? contact->shear_stiffness : 0;
     if (system->fixed != NULL) hold_spring(system, model, q, spring);

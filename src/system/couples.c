@@ -174,6 +174,7 @@ nmm_status nmm_couples_list(nmm_context *context, nmm_couples *couples, const nm
     *change = NMM_COUPLES_KEPT;
     if (same_contacts(couples, state)) return NMM_OK;
     const int n = state->n_contact;
+    couples->list += 1;
     couples->n_contact = -1;
     TRY(grow_contacts(context, couples, n));
     take_keys(couples, model, state);

@@ -184,6 +184,15 @@ void nmm_system_begin(const nmm_context *context, nmm_system *system, const nmm_
         start_element(system, model, state, e);
 }
 
+// Both components at once.
+typedef double pair __attribute__((vector_size(16)));
+
+static inline void add_part(pair *sum, double factor, const double *from) {
+    pair part;
+    memcpy(&part, from, sizeof part);
+    *sum += factor * part;
+}
+
 // --- Contacts
 
 // Would springs that hold gap and slip of the contact hold next to nothing of what may be left of
@@ -231,30 +240,21 @@ static void edges_pass(nmm_system *system, const nmm_model *model, const nmm_ite
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
     for (int i = 0; i < n; i++) {
         const int e = list != NULL ? list->item[i] : i;
-        double sum[4] = {0, 0, 0, 0};
-        for (int k = couples->vertex_start[e]; k < couples->vertex_start[e + 1]; k++) {
-            sum[0] += system->pull[6 * (long)k];
-            sum[1] += system->pull[6 * (long)k + 1];
-        }
+        const double *pull = system->pull;
+        pair start = {0, 0}, end = {0, 0};
+        for (int k = couples->vertex_start[e]; k < couples->vertex_start[e + 1]; k++)
+            add_part(&start, 1, pull + 6 * (long)k);
         for (int p = couples->edge_start[e]; p < couples->edge_start[e + 1]; p++) {
-            const double *pull = system->pull + 6 * (long)couples->by_edge[p];
-            for (int x = 0; x < 4; x++)
-                sum[x] += pull[2 + x];
+            const double *of_edge = pull + 6 * (long)couples->by_edge[p] + 2;
+            add_part(&start, 1, of_edge);
+            add_part(&end, 1, of_edge + 2);
         }
-        memcpy(system->edge_force + 4 * (long)e, sum, sizeof sum);
+        memcpy(system->edge_force + 4 * (long)e, &start, sizeof start);
+        memcpy(system->edge_force + 4 * (long)e + 2, &end, sizeof end);
     }
 }
 
 // --- Rows
-
-// Both components at once.
-typedef double pair __attribute__((vector_size(16)));
-
-static inline void add_part(pair *sum, double factor, const double *from) {
-    pair part;
-    memcpy(&part, from, sizeof part);
-    *sum += factor * part;
-}
 
 static inline void add_inner(const nmm_system *system, const nmm_model *model, int c, pair *force) {
     for (int k = model->cover_start[c]; k < model->cover_start[c + 1]; k++)

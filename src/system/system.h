@@ -19,6 +19,7 @@
 /// Contacts by couples: two elements whose loop edges meet in one contact or more. The pattern of
 /// the matrix follows from the couples alone, and they change less often than the contacts.
 typedef struct nmm_couples {
+    long list; // times that other contacts were listed
     int n_contact, contact_capacity;
     int *identity; // [n_contact][2] vertex, edge of the list these follow from
     int *order;    // [n_contact] 2 * contact + (the vertex is on the second element), by couple

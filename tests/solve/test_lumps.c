@@ -4,6 +4,7 @@
 // a coupling; the order of the waves; the same bits with and without AVX2 and AVX-512.
 
 #include "lumps.h"
+#include "solver.h"
 #include "systems.h"
 #include "test.h"
 
@@ -256,6 +257,38 @@ static void test_same_bits_on_any_processor(void **unused) {
     tear_down(&x);
 }
 
+// f - K u - extra row by row, to the last bit.
+static void test_residual_is_that_of_the_matrix(void **unused) {
+    (void)unused;
+    static fixture x;
+    double f[SIZE], u[SIZE], extra[SIZE], r[SIZE];
+    set_up(&x, 4);
+    nmm_random random = nmm_random_seed(12);
+    for (int i = 0; i < SIZE; i++) {
+        f[i] = between(&random);
+        u[i] = between(&random);
+        extra[i] = between(&random);
+    }
+    const nmm_bsr *K = &x.system.K;
+    const nmm_solver solver = {.n = ROWS,
+                               .row_start = K->row_start,
+                               .col = K->col,
+                               .wide = {.value = K->value, .f = f, .u = u, .r = r}};
+    const nmm_lumps_kernels *const kernels[2] = {&nmm_lumps_plain, nmm_lumps_fastest()};
+    for (int way = 0; way < 2; way++) {
+        kernels[way]->residual(&solver, extra);
+        for (int row = 0; row < ROWS; row++) {
+            double sum[4] = {0};
+            for (int k = K->row_start[row]; k < K->row_start[row + 1]; k++)
+                for (int i = 0; i < 4; i++)
+                    sum[i] += K->value[4 * (long)k + i] * u[2 * K->col[k] + i % 2];
+            assert_true(r[2 * row] == f[2 * row] - (sum[0] + sum[1]) - extra[2 * row]);
+            assert_true(r[2 * row + 1] == f[2 * row + 1] - (sum[2] + sum[3]) - extra[2 * row + 1]);
+        }
+    }
+    tear_down(&x);
+}
+
 // What is left over is at right angles to directions of length 1.
 static void test_directions_become_orthogonal(void **unused) {
     (void)unused;
@@ -303,6 +336,14 @@ static void assert_as_fresh(fixture *x) {
     assert_memory_equal(inverse, lumps->inverse, sizeof inverse);
 }
 
+// The lump of the matrix whose block is the first of those before a diagonal block.
+static int lump_with_first_block(const fixture *x) {
+    int i = 0;
+    while (x->lumps.before_start[i + 1] == 0)
+        i += 1;
+    return x->lumps.order[i];
+}
+
 static void test_takes_again_what_has_changed(void **unused) {
     (void)unused;
     static fixture x;
@@ -315,6 +356,19 @@ static void test_takes_again_what_has_changed(void **unused) {
         block[0] *= 64;
         block[3] *= 64;
     }
+    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_as_fresh(&x);
+    // What joins two lumps changes with the diagonal blocks of both, here without new scales.
+    const int a = 3 * x.lumps.order[x.lumps.before[0]], b = 3 * lump_with_first_block(&x);
+    int at = x.system.K.row_start[a];
+    while (x.system.K.col[at] != b)
+        at += 1;
+    x.system.K.value[4 * (long)at] *= 1.5;
+    for (at = x.system.K.row_start[b]; x.system.K.col[at] != a;)
+        at += 1;
+    x.system.K.value[4 * (long)at] *= 1.5;
+    x.system.K.value[4 * (long)x.system.K.diagonal[a]] *= 1.001;
+    x.system.K.value[4 * (long)x.system.K.diagonal[b]] *= 1.001;
     assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
     assert_as_fresh(&x);
     // What was found before a take failed counts as well.
@@ -350,6 +404,7 @@ int main(void) {
         cmocka_unit_test(test_waves_keep_the_order_of_neighbours),
         cmocka_unit_test(test_same_bits_on_any_processor),
         cmocka_unit_test(test_directions_become_orthogonal),
+        cmocka_unit_test(test_residual_is_that_of_the_matrix),
         cmocka_unit_test(test_takes_again_what_has_changed),
         cmocka_unit_test(test_names_a_block_that_is_not_positive),
     };
