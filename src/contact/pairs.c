@@ -140,6 +140,38 @@ bool nmm_edges_can_meet(const nmm_model *model, int a, int b) {
     return nmm_vec2_dot(of_a, of_b) < -0.2 && !back_to_back(model, a, b, of_a, of_b);
 }
 
+static nmm_vec2 built_place(const nmm_contact_search *search, int v) {
+    return (nmm_vec2){search->built_at[2 * (long)v], search->built_at[2 * (long)v + 1]};
+}
+
+// Is the start of edge a further from edge b than `reach`?
+static bool starts_far(nmm_vec2 start, nmm_vec2 from, nmm_vec2 along, double reach) {
+    const nmm_vec2 off = nmm_vec2_sub(start, from);
+    const double part = nmm_vec2_dot(off, along) / nmm_vec2_dot(along, along);
+    const nmm_vec2 foot = nmm_vec2_scale(nmm_max(0, nmm_min(1, part)), along);
+    const nmm_vec2 rest = nmm_vec2_sub(off, foot);
+    return nmm_vec2_dot(rest, rest) > reach * reach;
+}
+
+// Edges of two blocks that meet only end to end, or as a T: sides that never face each other while
+// the pairs are kept, and of both the vertex that comes with the edge stays away from the other
+// edge. Until then no vertex moves by more than half of what the pairs reach, and its distance by
+// that; a corner is at most 1.5 times the reach away.
+static bool never_touch(const nmm_contact_search *search, const nmm_model *model, int a, int b) {
+    if (model->vertex_block[a] == model->vertex_block[b]) return false;
+    const nmm_vec2 p = built_place(search, a), q = built_place(search, b);
+    const nmm_vec2 of_a = nmm_vec2_sub(built_place(search, model->vertex_next[a]), p);
+    const nmm_vec2 of_b = nmm_vec2_sub(built_place(search, model->vertex_next[b]), q);
+    const double reach = search->built_for, size_a = sqrt(nmm_vec2_dot(of_a, of_a));
+    const double size_b = sqrt(nmm_vec2_dot(of_b, of_b)), size = size_a * size_b;
+    // Both edges together turn by less than this [rad]: asin x <= 1.6 x.
+    const double turn = 1.6 * reach * (1 / size_a + 1 / size_b);
+    const bool aslant = fabs(nmm_vec2_cross(of_a, of_b)) > (NMM_SLANTED + turn) * size;
+    const bool alike = nmm_vec2_dot(of_a, of_b) > turn * size;
+    return (aslant || alike) && starts_far(p, q, of_b, 2.5 * reach) &&
+           starts_far(q, p, of_a, 2.5 * reach);
+}
+
 // Pairs of bucket b; stores them when `out` is not NULL. Returns how many.
 static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *model, int b,
                            nmm_edge_pair *out) {
@@ -155,6 +187,7 @@ static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *mo
             if (cell_of(nmm_max(first->low.x, second->low.x), size) != one->ix) continue;
             if (cell_of(nmm_max(first->low.y, second->low.y), size) != one->iy) continue;
             if (!nmm_edges_can_meet(model, one->edge, two->edge)) continue;
+            if (never_touch(search, model, one->edge, two->edge)) continue;
             if (out != NULL) out[n] = (nmm_edge_pair){one->edge, two->edge, -1};
             n += 1;
         }
