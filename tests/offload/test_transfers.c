@@ -37,8 +37,10 @@ int nmm_transfer_left_out = -1;
 // Number of the first transfer of jacobi_team.c.
 #define TEAM_BASE 1000
 
-// Seconds of processor time for one run: without some transfers the host waits for ever.
-#define TIME_LIMIT 8
+// Seconds of processor time for a run with all transfers, and how many times what that took on one
+// thread the others get: without some transfers the host waits for ever.
+#define WHOLE_LIMIT 300
+#define TIMES_WHOLE 2
 
 // Blocks from this size on are guarded; the solver object and its scalars are smaller.
 #define GUARDED_FROM 3000
@@ -154,7 +156,7 @@ static int run_once(bool loud) {
 // --- All runs
 
 // Exit status of this program with an argument; 256 or more: a signal.
-static int status_of(const char *program, const char *argument, bool quiet) {
+static int status_of(const char *program, const char *argument, bool quiet, rlim_t seconds) {
     fflush(stdout);
     const pid_t child = fork();
     if (child < 0) return -1;
@@ -165,7 +167,7 @@ static int status_of(const char *program, const char *argument, bool quiet) {
         if (quiet && freopen("/dev/null", "w", stdout) == NULL) _exit(0);
         // On one thread, which is enough to see what is missing, where many runs go one by one.
         if (quiet) setenv("OMP_NUM_THREADS", "1", 1);
-        const struct rlimit time_limit = {TIME_LIMIT, TIME_LIMIT + 1};
+        const struct rlimit time_limit = {seconds, seconds + 1};
         setrlimit(RLIMIT_CPU, &time_limit);
         execl(program, program, argument, (char *)NULL);
         _exit(0);
@@ -179,13 +181,20 @@ typedef struct tally {
     int all, noticed;
 } tally;
 
-static tally leave_out(const char *program, const char *file, int base, int n) {
+// Seconds of processor time that runs without a transfer get, after one with all of them.
+static rlim_t limit_of_others(void) {
+    struct rusage all_runs;
+    getrusage(RUSAGE_CHILDREN, &all_runs);
+    return TIMES_WHOLE * (rlim_t)(all_runs.ru_utime.tv_sec + all_runs.ru_stime.tv_sec + 2);
+}
+
+static tally leave_out(const char *program, const char *file, int base, int n, rlim_t seconds) {
     tally result = {.all = n};
     int hanging = 0;
     for (int k = base; k < base + n; k++) {
         char argument[16];
         snprintf(argument, sizeof argument, "%d", k);
-        const int status = status_of(program, argument, true);
+        const int status = status_of(program, argument, true, seconds);
         result.noticed += status != 0;
         hanging += status == 256 + SIGXCPU;
         if (status == 0) printf("transfer %d left out: MISSED\n", k);
@@ -196,18 +205,20 @@ static tally leave_out(const char *program, const char *file, int base, int n) {
 }
 
 static int run_all(const char *program) {
-    if (status_of(program, "-1", true) == NO_DEVICE) {
+    if (status_of(program, "-1", true, WHOLE_LIMIT) == NO_DEVICE) {
         printf("skipped: no device\n");
         return NO_DEVICE;
     }
-    if (status_of(program, "-1", false) != 0) {
+    const rlim_t seconds = limit_of_others();
+    if (status_of(program, "-1", false, WHOLE_LIMIT) != 0) {
         printf("the run with all transfers fails\n");
         return 1;
     }
-    const int guard = status_of(program, "guard", true);
+    const int guard = status_of(program, "guard", true, seconds);
     printf("a touched host array is %s (status %d)\n", guard != 0 ? "noticed" : "MISSED", guard);
-    const tally launches = leave_out(program, "jacobi_target.c", 0, nmm_transfer_count());
-    const tally team = leave_out(program, "jacobi_team.c", TEAM_BASE, nmm_transfer_count_team());
+    const tally launches = leave_out(program, "jacobi_target.c", 0, nmm_transfer_count(), seconds);
+    const tally team =
+        leave_out(program, "jacobi_team.c", TEAM_BASE, nmm_transfer_count_team(), seconds);
     const int n = launches.all + team.all, noticed = launches.noticed + team.noticed;
     printf("transfers left out one by one: %d of %d noticed\n", noticed, n);
     return noticed == n && launches.all > 0 && team.all > 0 && guard != 0 ? 0 : 1;
