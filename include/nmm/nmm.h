@@ -131,8 +131,9 @@ typedef struct nmm_step_report {
 /// A run as a whole, as `nmm run --json` prints it.
 typedef struct nmm_summary {
     int blocks, elements, covers, unknowns, contacts;
+    int is_static; ///< 1: `analysis.kind: static`, where `time` says nothing
     long steps;
-    double time;
+    double time; ///< [s]
     nmm_end end;
     char reason[256];
     double wall_seconds;

@@ -141,8 +141,9 @@ static void print_transfers(const comparison *c) {
 
 static void print_comparison(const comparison *c, const char *path) {
     const nmm_summary *s = c->summary;
-    printf("%s: %ld steps to %.6g s, %d unknowns, %d contacts\n", path, s[HOST].steps, s[HOST].time,
-           s[HOST].unknowns, s[HOST].contacts);
+    char way[REACHED_LENGTH];
+    reached(way, &s[HOST]);
+    printf("%s: %s, %d unknowns, %d contacts\n", path, way, s[HOST].unknowns, s[HOST].contacts);
     for (int side = HOST; side < SIDES; side++)
         printf("  %s: solver %s, %s precision, %ld solves, %ld iterations\n", side_name[side],
                s[side].method, s[side].precision, s[side].solves, s[side].iterations);
@@ -210,10 +211,12 @@ static int judge(const comparison *c, const char *path) {
         return EXIT_DEVICE;
     }
     if (!c->agree) {
+        char way[SIDES][REACHED_LENGTH];
+        for (int side = HOST; side < SIDES; side++)
+            reached(way[side], &c->summary[side]);
         message_error("%s: host and target differ: displacements by %.3g of the largest, allowed "
-                      "%.3g; %ld and %ld steps to %.9g and %.9g s",
-                      path, c->distance, c->allowed, c->summary[HOST].steps, target->steps,
-                      c->summary[HOST].time, target->time);
+                      "%.3g; %s and %s",
+                      path, c->distance, c->allowed, way[HOST], way[TARGET]);
         return EXIT_EARLY;
     }
     if (target->end < 0) {

@@ -36,7 +36,9 @@ static nmm_status write_end(nmm_output *output, nmm_sim *sim) {
 
 /// All steps. Returns the exit status; the run file then lacks only its end.
 static int take_steps(nmm_sim *sim, nmm_output *output, const char *path, const arguments *given) {
-    progress line = progress_start(nmm_sim_end_time(sim), given->quiet);
+    nmm_summary start;
+    nmm_sim_summary(sim, &start);
+    progress line = progress_start(start.is_static ? 0 : nmm_sim_end_time(sim), given->quiet);
     nmm_step_report report = {.end = NMM_END_RUNNING};
     while (report.end == NMM_END_RUNNING && !interrupt_asked()) {
         // A failed step leaves the state of the last good one, so what follows still saves it.
@@ -73,10 +75,13 @@ static void print_end(nmm_sim *sim, const arguments *given, const char *path, in
     report.reading = read_monitor;
     report.n_monitor = nmm_sim_monitors(sim);
     nmm_sim_summary(sim, &report.summary);
-    if (status == EXIT_EARLY)
-        message_error("%s: ended early, %s%s%s; results up to %.6g s are in %s", given->path,
+    if (status == EXIT_EARLY) {
+        char way[REACHED_LENGTH];
+        reached(way, &report.summary);
+        message_error("%s: ended early, %s%s%s; results of %s are in %s", given->path,
                       end_name(report.summary.end), report.summary.reason[0] ? ": " : "",
-                      report.summary.reason, report.summary.time, path);
+                      report.summary.reason, way, path);
+    }
     if (!given->quiet) warn_of_supports(&report.summary, given->path);
     if (!given->quiet) warn_of_ledger(&report.summary, given->path);
     if (given->json)

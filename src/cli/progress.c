@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The progress line: percent of the scene's time, time left, steps, open-close passes, solver
-// iterations. Written to standard error, so that results may be piped.
+// The progress line: percent of the scene's time, time left, length of a step, none of them in
+// statics; steps, open-close passes, solver iterations. Written to standard error, so that results
+// may be piped.
 
 #include "progress.h"
 
@@ -51,18 +52,17 @@ void progress_step(progress *line, const nmm_step_report *report) {
     const double now = clock_seconds();
     if (!line->shown || (now - line->drawn < 0.1 && report->end == NMM_END_RUNNING)) return;
     line->drawn = now;
-    char text[256], left[32] = "";
+    char text[256], left[32] = "", dt[32] = "";
     int length = 0;
-    // Percent and time left only where the scene has an end in time.
     if (line->end_time > 0 && report->time > 0) {
         const double done = report->time / line->end_time;
         write_duration(left, sizeof left, (now - line->started) * (1 - done) / done);
         length = snprintf(text, sizeof text, "%3.0f %%  %.4g of %.4g s  %s left  ", 100 * done,
                           report->time, line->end_time, left);
+        snprintf(dt, sizeof dt, "  dt %.2g s", report->dt);
     }
-    snprintf(text + length, sizeof text - (size_t)length,
-             "step %ld  dt %.2g s  open-close %d  solver %d", report->step, report->dt,
-             report->passes, report->solver_iterations);
+    snprintf(text + length, sizeof text - (size_t)length, "step %ld%s  open-close %d  solver %d",
+             report->step, dt, report->passes, report->solver_iterations);
     write_line(text);
 }
 

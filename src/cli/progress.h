@@ -11,7 +11,7 @@
 
 typedef struct progress {
     bool shown;      // there is a terminal and the user did not ask for quiet
-    double end_time; // [s] of the scene; 0: none
+    double end_time; // [s] of the scene; 0: it has none
     double started;  // clock
     double drawn;    // clock when last drawn
 } progress;

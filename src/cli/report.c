@@ -18,6 +18,14 @@ const char *end_name(nmm_end end) {
     return nmm_end_name(end == NMM_END_RUNNING ? NMM_END_INTERRUPTED : end);
 }
 
+void reached(char text[REACHED_LENGTH], const nmm_summary *s) {
+    if (!s->is_static)
+        snprintf(text, REACHED_LENGTH, "%ld steps to %.9g s", s->steps, s->time);
+    else
+        snprintf(text, REACHED_LENGTH, "%ld steps%s", s->steps,
+                 s->end == NMM_END_COMPLETED ? " to equilibrium" : "");
+}
+
 static const char *reason_of(const nmm_summary *s) {
     if (s->reason[0]) return s->reason;
     return s->end == NMM_END_RUNNING ? "no end was recorded: still running, or killed" : "";
@@ -135,9 +143,10 @@ static void print_solves(const nmm_summary *s) {
 static void print_steps(const nmm_summary *s) {
     const double steps = s->steps > 0 ? (double)s->steps : 1,
                  solves = s->solves > 0 ? s->solves : 1;
-    printf("  %ld steps to %.6g s in %.3g s of wall time; %ld shortened; %.2f open-close passes a "
-           "step\n",
-           s->steps, s->time, s->wall_seconds, s->dt_cuts, s->open_close_iterations / steps);
+    char way[REACHED_LENGTH];
+    reached(way, s);
+    printf("  %s in %.3g s of wall time; %ld shortened; %.2f open-close passes a step\n", way,
+           s->wall_seconds, s->dt_cuts, s->open_close_iterations / steps);
     printf("  solver %s on %s, %s precision: %ld solves, %.1f iterations each, %ld failed",
            s->method, s->device, s->precision, s->solves, s->iterations / solves, s->failed);
     // Run files of before do not know.
@@ -181,6 +190,7 @@ static void json_counts(json *out, const nmm_summary *s) {
     json_integer(out, "covers", s->covers);
     json_integer(out, "unknowns", s->unknowns);
     json_integer(out, "contacts", s->contacts);
+    json_text(out, "kind", s->is_static ? "static" : "dynamic");
     json_integer(out, "steps", s->steps);
     json_number(out, "time", s->time);
     json_text(out, "end", end_name(s->end));

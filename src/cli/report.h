@@ -22,6 +22,10 @@ typedef struct run_report {
 /// As nmm_end_name; a run without a recorded end counts as interrupted.
 const char *end_name(nmm_end end);
 
+/// "10 steps to 0.01 s"; statics have no time: "6 steps to equilibrium", "6 steps" before it.
+enum { REACHED_LENGTH = 64 };
+void reached(char text[REACHED_LENGTH], const nmm_summary *summary);
+
 void report_print(const run_report *report);
 void report_json(const run_report *report);
 

@@ -236,6 +236,7 @@ static nmm_status read_summary(nmm_file *file, nmm_h5 *h5, nmm_summary *summary)
     const int end = (int)summary->end;
     if (end < NMM_END_NO_EQUILIBRIUM || end > NMM_END_COMPLETED)
         return nmm_h5_fail_read(h5, name, "end out of range");
+    summary->is_static = file->is_static;
     return NMM_OK;
 }
 

@@ -255,6 +255,7 @@ void nmm_sim_summary(nmm_sim *sim, nmm_summary *summary) {
     s->unknowns = 2 * sim->model.n_cover;
     s->contacts = sim->state.n_contact;
     s->cover_size = sim->model.size;
+    s->is_static = sim->settings.is_static;
     s->steps = sim->state.step;
     s->time = sim->state.time;
     s->wall_seconds = nmm_clock() - sim->started;

@@ -22,6 +22,7 @@ import unittest
 
 PROGRAM = ""
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+STATIC = os.path.join(ROOT, "tests", "scene", "good", "static.yaml")
 
 FALL = """nmm: 1
 title: Falling "block" \u00e9
@@ -311,6 +312,23 @@ class Results(Case):
         self.assertEqual(err, "")
         self.expect(0, "info", "fall.vtkhdf", out="completed")
 
+    def test_statics_tell_no_time(self):
+        out = self.expect(0, "run", STATIC, out="steps to equilibrium in ")[0]
+        self.assertNotRegex(out, r"steps to [\d.]")
+        told = self.expect(0, "info", "static.vtkhdf", out="steps to equilibrium in ")[0]
+        self.assertNotRegex(told, r"steps to [\d.]")
+        for out, kind in ((self.expect(0, "run", STATIC, "--json")[0], "static"),
+                          (self.expect(0, "info", "static.vtkhdf", "--json")[0], "static"),
+                          (self.expect(0, "run", "fall.yaml", "--json")[0], "dynamic"),
+                          (self.expect(0, "info", "fall.vtkhdf", "--json")[0], "dynamic")):
+            self.assertEqual(strict_json(out)["kind"], kind)
+        self.expect(0, "run", "fall.yaml", out="steps to 0.01 s in ")
+        # Where there is none, it is not said either.
+        out, _ = self.expect(1, "run", "fall.yaml", "--set", "analysis.kind=static",
+                             err="no_equilibrium")
+        self.assertNotIn("to equilibrium", out)
+        self.assertRegex(out, r"\d+ steps in ")
+
     def test_quiet_says_nothing(self):
         self.assertEqual(self.expect(0, "run", "fall.yaml", "--quiet"), ("", ""))
         self.assertTrue(os.path.exists(self.at("fall.vtkhdf")))
@@ -396,10 +414,9 @@ joint_sets:
                     "displacement", "--scale", "100", "--width", "400")
         self.expect(0, "plot", "fall.vtkhdf", "-o", "a.pdf", "--frame", "last")
         # A picture of statics tells no time: with another end of it the picture is the same.
-        still = os.path.join(os.path.dirname(__file__), "..", "scene", "good", "static.yaml")
         for end in "1", "2":
             run = f"{end}.vtkhdf"
-            self.expect(0, "run", still, "-q", "--set", f"time.end={end}", "-o", run)
+            self.expect(0, "run", STATIC, "-q", "--set", f"time.end={end}", "-o", run)
             self.expect(0, "plot", run, "-o", f"{end}.svg", "--field", "displacement")
         with open(self.at("1.svg"), "rb") as one, open(self.at("2.svg"), "rb") as two:
             self.assertEqual(one.read(), two.read())
@@ -789,6 +806,7 @@ class Terminal(Case):
         text = self.on_terminal("run", "fall.yaml")
         self.assertRegex(text, r"\r *\d+ %  [\d.e-]+ of 0\.01 s  .* left  step \d+ ")
         self.assertTrue(text.endswith("\r\x1b[K"), repr(text[-40:]))
+        self.assertRegex(self.on_terminal("run", STATIC), r"\rstep \d+  open-close \d+  solver")
         for words, environment in ((["--quiet"], {}), ([], {"TERM": "dumb"})):
             self.assertEqual(self.on_terminal("run", "fall.yaml", *words, **environment), "")
 
