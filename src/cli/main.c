@@ -81,7 +81,7 @@ const command command_table[] = {
      "  table1   shares of contact, assembly and solver; whole steps against SOR\n"
      "  fig6     error against iteration of each method at one step of a tunnel\n"
      "  fig7     speed-up of a solve against order, by threads and device\n"
-     "  contact  contact search against the number of blocks, up to 100 000\n"
+     "  contact  contact search against the number of blocks, up to 10^6 edges\n"
      "  wall     a brick wall, one cover a block, beside a public DDA program\n"
      "  growth   time by phase and memory from 10^3 to 10^6 unknowns\n"
      "  only     what features cost that a scene can do without\n"
