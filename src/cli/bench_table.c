@@ -76,7 +76,7 @@ void bench_table_print(const nmm_bench *bench) {
             put_word(bench, k, cell_text(bench, row, k, text));
         putchar('\n');
     }
-    putchar('\n');
+    if (nmm_bench_note(bench, 0)) putchar('\n');
     for (int k = 0; nmm_bench_note(bench, k); k++)
         printf("%s\n", nmm_bench_note(bench, k));
 }

@@ -100,6 +100,12 @@ nmm_status nmm_bench_words(nmm_bench *bench, const char **words, const char *for
 
 /// Middle of n numbers, which are sorted by it; NaN for none.
 double nmm_bench_median(int n, double *value);
+/// "2 to 5" in so many digits; "2" where both read alike.
+nmm_status nmm_bench_range(nmm_bench *bench, const char **words, int digits, double low,
+                           double high);
+/// What n > 0 numbers come to, which are sorted by it: "2 to 5 UNIT, median 3"; one: "2 UNIT".
+nmm_status nmm_bench_spread(nmm_bench *bench, const char **words, int n, double *value,
+                            const char *unit);
 
 // --- Machines
 

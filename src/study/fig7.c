@@ -214,14 +214,12 @@ static nmm_status remark_speedups(nmm_bench *bench, int column, int n_thread, in
     int n = 0;
     TRY(nmm_bench_values(bench, &value, &n, column, filter));
     if (n == 0) return NMM_OK;
-    const double median = nmm_bench_median(n, value);
-    return nmm_bench_remark(bench,
-                            "Over %s, %d thread%s, scenes %s: %.3g to %.3g times as fast, median "
-                            "%.3g.",
+    const char *speedups = NULL;
+    TRY(nmm_bench_spread(bench, &speedups, n, value, "times as fast"));
+    return nmm_bench_remark(bench, "Over %s, %d thread%s, scenes %s: %s.",
                             column == SPEEDUP ? "serial SOR(1.9)" : "ours on 1 thread", n_thread,
                             n_thread > 1 ? "s" : "",
-                            times > 1 ? "with ten times the unknowns" : "as they are", value[0],
-                            value[n - 1], median);
+                            times > 1 ? "with ten times the unknowns" : "as they are", speedups);
 }
 
 // How many times its unknowns each scene really has.
@@ -239,10 +237,10 @@ static nmm_status remark_sizes(nmm_bench *bench) {
             high = nmm_max(high, ratio);
         }
     }
-    return high > 0 ? nmm_bench_remark(bench,
-                                       "\"Ten times the unknowns\" are %.3g to %.3g times as many.",
-                                       low, high)
-                    : NMM_OK;
+    if (high == 0) return NMM_OK;
+    const char *range = NULL;
+    TRY(nmm_bench_range(bench, &range, 3, low, high));
+    return nmm_bench_remark(bench, "\"Ten times the unknowns\" are %s times as many.", range);
 }
 
 static nmm_status conclude(nmm_bench *bench) {

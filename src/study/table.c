@@ -157,6 +157,24 @@ double nmm_bench_median(int n, double *value) {
     return 0.5 * (value[(n - 1) / 2] + value[n / 2]);
 }
 
+nmm_status nmm_bench_range(nmm_bench *bench, const char **words, int digits, double low,
+                           double high) {
+    char first[32], last[32];
+    snprintf(first, sizeof first, "%.*g", digits, low);
+    snprintf(last, sizeof last, "%.*g", digits, high);
+    const bool alike = strcmp(first, last) == 0;
+    return nmm_bench_words(bench, words, "%s%s%s", first, alike ? "" : " to ", alike ? "" : last);
+}
+
+nmm_status nmm_bench_spread(nmm_bench *bench, const char **words, int n, double *value,
+                            const char *unit) {
+    const double median = nmm_bench_median(n, value);
+    const char *range = NULL;
+    TRY(nmm_bench_range(bench, &range, 3, value[0], value[n - 1]));
+    return n > 1 ? nmm_bench_words(bench, words, "%s %s, median %.3g", range, unit, median)
+                 : nmm_bench_words(bench, words, "%s %s", range, unit);
+}
+
 // --- CSV
 
 // In quotes where a separator or a quote is inside (RFC 4180).

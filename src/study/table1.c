@@ -233,9 +233,9 @@ static nmm_status remark_range(nmm_bench *bench, int column, const char *what, c
     double *value = NULL;
     int n = 0;
     TRY(nmm_bench_values(bench, &value, &n, column, NULL));
-    const double median = nmm_bench_median(n, value);
-    return nmm_bench_remark(bench, "%s: %.3g to %.3g %%, median %.3g %%%s.", what, value[0],
-                            value[n - 1], median, paper);
+    const char *shares = NULL;
+    TRY(nmm_bench_spread(bench, &shares, n, value, "%"));
+    return nmm_bench_remark(bench, "%s: %s%s.", what, shares, paper);
 }
 
 static nmm_status remark_difference(nmm_bench *bench, int column, const char *what) {
@@ -250,17 +250,18 @@ static nmm_status remark_difference(nmm_bench *bench, int column, const char *wh
 
 static nmm_status conclude(nmm_bench *bench) {
     double *value = NULL;
+    const char *words = NULL;
     int n = 0, slower = 0;
     if (bench->n_row == 0) return NMM_OK;
     TRY(nmm_bench_values(bench, &value, &n, UNKNOWNS, NULL));
     nmm_bench_median(n, value); // sorts them
-    TRY(nmm_bench_remark(bench, "Orders: %.0f to %.0f unknowns (the paper: 194 to 2193).", value[0],
-                         value[n - 1]));
+    TRY(nmm_bench_range(bench, &words, 9, value[0], value[n - 1]));
+    TRY(nmm_bench_remark(bench, "Orders: %s unknowns (the paper: 194 to 2193).", words));
     TRY(remark_range(bench, SOR_SOLVER, "Solver's share with SOR(1.9)",
                      " (the paper: 56 to 97 %)"));
     TRY(remark_range(bench, SOLVER, "Solver's share with ours", ""));
     TRY(nmm_bench_values(bench, &value, &n, SPEEDUP, NULL));
-    const double median = nmm_bench_median(n, value);
+    TRY(nmm_bench_spread(bench, &words, n, value, "times as fast"));
     for (int i = 0; i < n; i++)
         slower += value[i] < 1;
     TRY(remark_difference(bench, DIFFERENCE,
@@ -271,9 +272,9 @@ static nmm_status conclude(nmm_bench *bench) {
                           "Ours alone: the same between ours and ours with "
                           "a balance of forces ten times as close"));
     return nmm_bench_remark(bench,
-                            "Whole steps, ours against SOR(1.9) on one thread: %.3g to %.3g times "
-                            "as fast, median %.3g; slower in %d of %d scenes.",
-                            value[0], value[n - 1], median, slower, n);
+                            "Whole steps, ours against SOR(1.9) on one thread: %s; slower in %d "
+                            "of %d scene%s.",
+                            words, slower, n, n > 1 ? "s" : "");
 }
 
 static bool is_static(const nmm_bench_scene *scene) {

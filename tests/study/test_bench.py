@@ -120,12 +120,26 @@ class Bench(unittest.TestCase):
         self.assertEqual([r["threads"] for r in rows], ["1", "2"] * 4)
         self.assertEqual(len({r["device"] for r in rows}), 1)
 
+    def test_one_scene_is_no_range(self):
+        os.remove(self.at("scenes", "strut_joint", "scene.yaml"))
+        os.rmdir(self.at("scenes", "strut_joint"))
+        for name, said in (("table1", r"Orders: 194 unknowns \(the paper"),
+                           ("table1", r"with ours: [\d.e+-]+ %\.\n"),
+                           ("table1", r"one thread: [\d.e+-]+ times as fast; slower in \d of 1 scene\."),
+                           ("fig7", r"as they are: [\d.e+-]+ times as fast\.\n"),
+                           ("fig7", r"are [\d.e+-]+ times as many\.\n")):
+            done = self.run_bench(name, "--quick", "--scenes", "scenes", "--threads", "1")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertRegex(done.stdout, said)
+
     def test_contact(self):
         self.measure("contact", "--threads", "1")
 
     def test_wall(self):
-        _, rows = self.measure("wall")
+        done, rows = self.measure("wall")
         self.assertEqual([r["blocks"] for r in rows[::2]], ["19", "69", "265"])
+        # Three walls say nothing of growth; where there is no note, there is no room for one.
+        self.assertNotRegex(done.stdout, r"\n\n\n")
 
     def test_growth(self):
         self.measure("growth", "--threads", "1")
