@@ -325,8 +325,10 @@ static bool take_note(search *s, const nmm_solver *solver, const nmm_solve_repor
         s->kind = next;
         return true;
     }
-    // A system that small blocks can do without float32 may be beyond larger ones.
+    // A system that small blocks can do without float32 may be beyond larger ones; what rounding
+    // leaves after a factor of the matrix itself is left by any kind.
     if (s->kind == NMM_BLOCKS_COVER || report->end == NMM_SOLVE_NOT_FINITE) return false;
+    if (s->kind == DIRECT && report->end == NMM_SOLVE_STAGNATED) return false;
     if (s->kind != DIRECT) s->experience->rate[s->kind] = HOPELESS;
     s->kind = NMM_BLOCKS_COVER;
     s->to_the_end = true;

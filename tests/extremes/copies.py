@@ -117,6 +117,12 @@ def nudged(scene, part):
                                     p[1] + part * (0.6 * p[0] + 0.3 * p[1])], same)
 
 
+def in_other_passes(scene):
+    """Solves that are as good, which lead the passes of a step another way."""
+    other = "pcg" if scene["solver"].get("method") == "direct" else "direct"
+    return {**scene, "solver": {**scene["solver"], "method": other}}
+
+
 def in_shorter_steps(scene):
     """Steps of a third: of the time, or of the way that a search for equilibrium may go in one."""
     if "time" not in scene:

@@ -16,7 +16,7 @@ answer of its own (absolute.py).
 
 Where they do not, the scene and the copy are sheared by 1e-12 to 1e-9, both ways: one that answers
 with a difference as large decides something at a rounding, and is counted as sensitive, which is no
-finding. Copies whose steps are cut at other places are counted as such, where the errors of the
+finding. So does one that another method of the solver leads to another balance. Copies whose steps are cut at other places are counted as such, where the errors of the
 steps of both, by steps of a third, make as much of a difference, and so are those whose lattice is
 another one.
 
@@ -37,7 +37,7 @@ import time
 import numpy
 
 from absolute import absolutes
-from copies import NUDGES, back, in_shorter_steps, nudged, size_of, variants
+from copies import NUDGES, back, in_other_passes, in_shorter_steps, nudged, size_of, variants
 from scene import Fault, Late, area_of, distance, material, numbers_of, run, square, text_of, way_of
 
 # Largest difference over the largest number of all monitors, after a few steps. Contacts that set
@@ -380,9 +380,9 @@ class Findings(list):
             self.append(("other mesh", words))
             return
         if self.own_answer is None:
-            self.own_answer = max(self.answers_to_shear("as it is", self.scene, result))
+            self.own_answer = max(self.answers_to_nothing("as it is", self.scene, result))
         sensitive = (self.own_answer > 0.1 * error or
-                     any(x > 0.1 * error for x in self.answers_to_shear(name, scene, other)))
+                     any(x > 0.1 * error for x in self.answers_to_nothing(name, scene, other)))
         self.append(("sensitive" if sensitive else
                      "other steps" if self.is_of_steps(result, other, name, scene, error) else "failed",
                      words))
@@ -393,12 +393,14 @@ class Findings(list):
         floors["displacement"] *= size_of(name)
         return floors
 
-    def answers_to_shear(self, name, scene, result):
-        """The differences that shears make which nobody can see. Asked of copies too: where a scene
-        has two answers, only one of both may lie near the border between them."""
-        for part in NUDGES:
-            near = self.attempt(f"{name}, nudged", nudged(scene, part))
-            yield compare(result, near, "nudged", self.scaled_floors(name))[1] if near else 0.0
+    def answers_to_nothing(self, name, scene, result):
+        """The differences that shears make which nobody can see, and that the way of the passes makes:
+        with much friction forces of a step may balance at several places. Asked of copies too: where
+        a scene has two answers, only one of both may lie near the border between them."""
+        changes = [("nudged", nudged(scene, part)) for part in NUDGES]
+        for words, change in [*changes, ("in other passes", in_other_passes(scene))]:
+            near = self.attempt(f"{name}, {words}", change)
+            yield compare(result, near, words, self.scaled_floors(name))[1] if near else 0.0
 
     def is_of_steps(self, result, other, name, scene, error):
         """One that comes through in other steps has another error of its steps: are both together as

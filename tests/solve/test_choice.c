@@ -243,6 +243,26 @@ static void test_learns(void **state) {
     tear_down(&x);
 }
 
+// What rounding leaves after a factor is left by any kind: small blocks do not follow, which would
+// take all the iterations that are allowed.
+static void test_rounding_ends_the_search(void **state) {
+    (void)state;
+    fixture x;
+    set_up(&x, &slow_wall);
+    x.options.method = NMM_SOLVE_AUTO;
+    solve(&x, false);
+    assert_int_equal(kind_of(&x.report), DIRECT);
+    x.options.tolerance = 1e-17;
+    seen.runs = 0;
+    assert_int_equal(nmm_choose_blocks(&x.context, x.solver, &x.system.K, x.system.f, x.u, true,
+                                       &x.options, &x.report),
+                     NMM_OK);
+    assert_int_equal(x.report.end, NMM_SOLVE_STAGNATED);
+    assert_int_equal(kind_of(&x.report), DIRECT);
+    assert_int_equal(seen.runs, 1);
+    tear_down(&x);
+}
+
 // Larger blocks need fewer iterations: stiff springs fall inside, bodies move as a whole.
 static void test_larger_is_faster(void **state) {
     (void)state;
@@ -533,15 +553,11 @@ static void test_float32_of_large_systems(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_never_twice_the_best),
-        cmocka_unit_test(test_learns),
-        cmocka_unit_test(test_larger_is_faster),
-        cmocka_unit_test(test_same_way_every_time),
-        cmocka_unit_test(test_no_trace),
-        cmocka_unit_test(test_reuse_with_other_contacts),
-        cmocka_unit_test(test_reuse_of_all),
-        cmocka_unit_test(test_reuse_after_trouble),
-        cmocka_unit_test(test_unused_factor),
+        cmocka_unit_test(test_never_twice_the_best),      cmocka_unit_test(test_learns),
+        cmocka_unit_test(test_rounding_ends_the_search),  cmocka_unit_test(test_larger_is_faster),
+        cmocka_unit_test(test_same_way_every_time),       cmocka_unit_test(test_no_trace),
+        cmocka_unit_test(test_reuse_with_other_contacts), cmocka_unit_test(test_reuse_of_all),
+        cmocka_unit_test(test_reuse_after_trouble),       cmocka_unit_test(test_unused_factor),
         cmocka_unit_test(test_float32_of_large_systems),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
