@@ -170,18 +170,15 @@ static float *narrow(double *x) {
 }
 
 static void begin_lumps(const nmm_solver *s, nmm_gauss *g) {
-    float *t = narrow(g->t), *extra = narrow(g->extra);
-    memset(t, 0, 8 * (size_t)g->lumps.n * sizeof *t);
-    g->largest = nmm_lumps_load(&g->lumps, s->wide.r, extra);
-    nmm_lumps_fastest()->forward(&g->lumps, t, t, extra, narrow(g->ahead), narrow(g->basis));
+    float *load = narrow(g->extra);
+    g->largest = nmm_lumps_load(&g->lumps, s->wide.r, load);
+    nmm_lumps_fastest()->begin(&g->lumps, load, narrow(g->basis));
 }
 
 static void multiply_lumps(nmm_gauss *g, const float *v, float *w) {
-    const nmm_lumps_kernels *kernels = nmm_lumps_fastest();
-    float *t = narrow(g->t), *extra = narrow(g->extra);
-    kernels->backward(&g->lumps, v, t);
-    kernels->couple(&g->lumps, t, extra);
-    kernels->forward(&g->lumps, v, t, extra, narrow(g->ahead), w);
+    float *t = narrow(g->t);
+    nmm_lumps_fastest()->backward(&g->lumps, v, t);
+    nmm_lumps_fastest()->forward(&g->lumps, v, t, narrow(g->ahead), w);
 }
 
 static void add_parts_lumps(const nmm_solver *s, nmm_gauss *g, const double *part, int m) {
@@ -316,11 +313,12 @@ static void remember(nmm_gauss *g, bool kept) {
 static nmm_status prepare(nmm_context *context, nmm_solver *s, nmm_gauss *g, const nmm_bsr *K,
                           int kind, nmm_solve_report *report, bool *made) {
     if (kind == NMM_GAUSS_SWEEPS && g->lump == 3) {
-        *made = nmm_lumps_fastest()->take(&g->lumps, K);
-        bool fit = true;
-        if (*made) TRY(nmm_lumps_couple(context, &g->lumps, s->options.coupling, &fit));
-        if (!fit) g->lump = 1;
-        if (!*made || fit) return NMM_OK;
+        const nmm_coupling *coupling = s->options.coupling;
+        bool fit = false;
+        TRY(nmm_lumps_couple(context, &g->lumps, coupling, &fit));
+        *made = fit && nmm_lumps_fastest()->take(&g->lumps, K, coupling);
+        if (*made) return NMM_OK;
+        g->lump = 1;
     }
     if (kind == NMM_GAUSS_SWEEPS) {
         *made = nmm_solver_check_numbers(s, K, report);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// What sweeps by lumps need: whether the matrix has lumps, the order of the waves, the inverse
-// diagonal blocks, and the terms of a coupling, scaled. A lump is in the wave after the last one of
-// those before it in the matrix with which it has a block; in waves lumps keep their order. Either
-// sweep in this order, or back, finds each lump as the matrix' own order does.
+// What sweeps by lumps need: whether the matrix has lumps, the order of the waves, the places of
+// blocks and of the terms of a coupling, and vectors, scaled. A lump is in the wave after the last
+// one of those before it in the matrix with which it has a block; in waves lumps keep their order.
+// Either sweep in this order, or back, finds each lump as the matrix' own order does.
 
 #include "lumps.h"
 
@@ -16,8 +16,8 @@ void nmm_lumps_destroy(nmm_context *context, nmm_lumps *lumps) {
     void *owned[] = {
         &lumps->order,   &lumps->place,  &lumps->before_start, &lumps->behind_start,
         &lumps->before,  &lumps->behind, &lumps->before_value, &lumps->behind_value,
-        &lumps->inverse, &lumps->scale,  &lumps->own,          &lumps->term,
-        &lumps->push,    &lumps->pull,   &lumps->changed,
+        &lumps->inverse, &lumps->scale,  &lumps->own,          &lumps->changed,
+        &lumps->half,    &lumps->first,  &lumps->next,         &lumps->cross,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);
@@ -25,8 +25,8 @@ void nmm_lumps_destroy(nmm_context *context, nmm_lumps *lumps) {
 }
 
 static nmm_status reserve(nmm_context *context, nmm_lumps *lumps, int n, int n_side) {
-    int room[8];
-    for (int i = 0; i < 8; i++)
+    int room[9];
+    for (int i = 0; i < 9; i++)
         room[i] = lumps->capacity;
     // What does not fit any more holds nothing that will be needed.
     TRY(nmm_grow(context, &lumps->order, &room[0], n + 1, sizeof(int)));
@@ -37,7 +37,8 @@ static nmm_status reserve(nmm_context *context, nmm_lumps *lumps, int n, int n_s
     TRY(nmm_grow(context, &lumps->scale, &room[5], n + 1, 8 * sizeof(double)));
     TRY(nmm_grow(context, &lumps->own, &room[6], n + 1, 36 * sizeof(double)));
     TRY(nmm_grow(context, &lumps->changed, &room[7], n + 1, sizeof(nmm_lump_change)));
-    lumps->capacity = room[7];
+    TRY(nmm_grow(context, &lumps->first, &room[8], n + 1, sizeof(int)));
+    lumps->capacity = room[8];
     int side[4];
     for (int i = 0; i < 4; i++)
         side[i] = lumps->block_capacity;
@@ -114,6 +115,12 @@ static void list_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
     lumps->behind_start[0] = n_behind;
 }
 
+static void forget_terms(nmm_lumps *lumps) {
+    lumps->n_term = 0;
+    for (int i = 0; i < lumps->n; i++)
+        lumps->first[i] = -1;
+}
+
 nmm_status nmm_lumps_find(nmm_context *context, nmm_lumps *lumps, const nmm_bsr *K,
                           const int *body) {
     lumps->known = has_threes(K, body);
@@ -128,45 +135,65 @@ nmm_status nmm_lumps_find(nmm_context *context, nmm_lumps *lumps, const nmm_bsr 
     list_blocks(lumps, K);
     // Inverses are of other lumps.
     memset(lumps->own, 0, (size_t)n * 36 * sizeof(double));
+    forget_terms(lumps);
     lumps->known = true;
     return NMM_OK;
 }
 
 // --- Terms and vectors
 
-// Half of a term: push and pull of three rows, which have to be those of a lump; where both are
-// zero any lump will do.
-static bool take_half(nmm_lumps *lumps, const int *row, const double *push, const double *pull,
-                      int at) {
+// Half of a term: three rows, which have to be those of a lump unless all is zero.
+static bool take_half(nmm_lumps *lumps, const nmm_coupling *coupling, int half) {
+    const int *row = coupling->row + 3 * (long)half;
+    const double *push = coupling->push + 6 * (long)half, *pull = coupling->pull + 6 * (long)half;
     bool any = false;
     for (int j = 0; j < 6; j++)
         any = any || push[j] != 0 || pull[j] != 0;
-    if (any && (row[0] % 3 != 0 || row[1] != row[0] + 1 || row[2] != row[0] + 2)) return false;
-    const int i = any ? lumps->place[row[0] / 3] : 0;
-    const double *scale = lumps->scale + 8 * (long)i;
-    lumps->term[at] = i;
-    for (int j = 0; j < 8; j++) {
-        lumps->push[8 * (long)at + j] = any && j < 6 ? (float)(scale[j] * push[j]) : 0;
-        lumps->pull[8 * (long)at + j] = any && j < 6 ? (float)(scale[j] * pull[j]) : 0;
-    }
+    lumps->half[half] = -1;
+    if (!any) return true;
+    if (row[0] % 3 != 0 || row[1] != row[0] + 1 || row[2] != row[0] + 2) return false;
+    const int i = lumps->place[row[0] / 3];
+    lumps->half[half] = i;
+    lumps->next[half] = lumps->first[i];
+    lumps->first[i] = half;
     return true;
+}
+
+// Place of the block of lumps i and j; -1: none.
+static int place_of_block(const nmm_lumps *lumps, int i, int j) {
+    const int *list = j < i ? lumps->before : lumps->behind;
+    const int begin = j < i ? lumps->before_start[i] : lumps->behind_start[i + 1];
+    const int end = j < i ? lumps->before_start[i + 1] : lumps->behind_start[i];
+    for (int k = begin; k < end; k++)
+        if (list[k] == j) return k;
+    return -1;
+}
+
+// Both halves of a term, and where its blocks off the diagonal are.
+static bool take_term(nmm_lumps *lumps, const nmm_coupling *coupling, int term) {
+    const int a = 2 * term, b = a + 1;
+    if (!take_half(lumps, coupling, b) || !take_half(lumps, coupling, a)) return false;
+    const int i = lumps->half[a], j = lumps->half[b];
+    if (i < 0 || j < 0) return true;
+    lumps->cross[a] = place_of_block(lumps, i, j);
+    lumps->cross[b] = place_of_block(lumps, j, i);
+    return lumps->cross[a] >= 0;
 }
 
 nmm_status nmm_lumps_couple(nmm_context *context, nmm_lumps *lumps, const nmm_coupling *coupling,
                             bool *fit) {
     int room[3] = {lumps->term_capacity, lumps->term_capacity, lumps->term_capacity};
+    forget_terms(lumps);
     *fit = coupling->n == 0 || coupling->n_row == 6;
     if (!*fit) return NMM_OK;
-    TRY(nmm_grow(context, &lumps->term, &room[0], coupling->n, 2 * sizeof(int)));
-    TRY(nmm_grow(context, &lumps->push, &room[1], coupling->n, 16 * sizeof(float)));
-    TRY(nmm_grow(context, &lumps->pull, &room[2], coupling->n, 16 * sizeof(float)));
+    TRY(nmm_grow(context, &lumps->half, &room[0], coupling->n, 2 * sizeof(int)));
+    TRY(nmm_grow(context, &lumps->next, &room[1], coupling->n, 2 * sizeof(int)));
+    TRY(nmm_grow(context, &lumps->cross, &room[2], coupling->n, 2 * sizeof(int)));
     lumps->term_capacity = room[2];
     lumps->n_term = coupling->n;
-    for (int half = 0; *fit && half < 2 * coupling->n; half++) {
-        const long at = 3 * (long)half;
-        *fit = take_half(lumps, coupling->row + at, coupling->push + 2 * at,
-                         coupling->pull + 2 * at, half);
-    }
+    // From the last one on, so that those of a lump are in order.
+    for (int k = coupling->n - 1; *fit && k >= 0; k--)
+        *fit = take_term(lumps, coupling, k);
     return NMM_OK;
 }
 

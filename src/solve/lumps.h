@@ -5,7 +5,8 @@
 // diagonal apart, each unknown scaled by a power of two so that the diagonal is 0.5 .. 4: no number
 // is too large for float32 then. Lumps are in an order of waves: one comes after all those with
 // which it has a block and which come before it in the matrix, so that sweeps are those of the
-// matrix, but neighbours in the order seldom wait for each other.
+// matrix, but neighbours in the order seldom wait for each other. The terms of a coupling go into
+// the blocks, so that sweeps are those of the unsymmetric matrix.
 
 #ifndef NMM_LUMPS_H
 #define NMM_LUMPS_H
@@ -30,13 +31,15 @@ typedef struct nmm_lumps {
     float *before_value, *behind_value; // [..][6][8] by columns
     float *inverse;                     // [n][6][8] of the diagonal blocks
     double *scale;                      // [n][8] of the unknowns
-    double *own;                        // [n][6][6] diagonal blocks that were inverted
+    double *own;                        // [n][6][6] diagonal blocks that were taken, without terms
     nmm_lump_change *changed;           // [n]
-    // The coupling: push (pull . x) for two lumps each.
+    // The coupling: each term has two halves of three rows.
     int n_term;
-    int *term;          // [n_term][2]
-    float *push, *pull; // [n_term][2][8]
-    bool known;         // the pattern is one of lumps
+    int *half;  // [n_term][2] lump; -1: all zero
+    int *first; // [n] half of a lump; -1: none
+    int *next;  // [n_term][2] the next half of the same lump; -1: none
+    int *cross; // [n_term][2] place of the block of this half's rows and the other's columns
+    bool known; // the pattern is one of lumps
 } nmm_lumps;
 
 void nmm_lumps_destroy(nmm_context *context, nmm_lumps *lumps);
@@ -46,8 +49,8 @@ void nmm_lumps_destroy(nmm_context *context, nmm_lumps *lumps);
 nmm_status nmm_lumps_find(nmm_context *context, nmm_lumps *lumps, const nmm_bsr *K,
                           const int *body);
 
-/// Takes the terms, once the numbers are taken; *fit is false where one has other rows than those
-/// of two lumps.
+/// Where the terms go, before the numbers are taken; *fit is false where one has other rows than
+/// those of two lumps with a block between them.
 nmm_status nmm_lumps_couple(nmm_context *context, nmm_lumps *lumps, const nmm_coupling *coupling,
                             bool *fit);
 
@@ -57,17 +60,17 @@ double nmm_lumps_load(const nmm_lumps *lumps, const double *x, float *y);
 void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double factor, double *x);
 
 typedef struct nmm_lumps_kernels {
-    /// Takes the numbers; false: a diagonal block is not positive definite.
-    bool (*take)(nmm_lumps *lumps, const nmm_bsr *K);
+    /// Takes the numbers, and those of the terms; false: a pivot of a diagonal block is not
+    /// positive.
+    bool (*take)(nmm_lumps *lumps, const nmm_bsr *K, const nmm_coupling *coupling);
     /// The residual of the matrix itself, wide.r = f - K u - extra.
     void (*residual)(const nmm_solver *solver, const double *extra);
     /// t = (D + U)^-1 D v.
     void (*backward)(const nmm_lumps *lumps, const float *v, float *t);
-    /// y = (D + L)^-1 (K t + extra) for t = (D + U)^-1 D v; `ahead` becomes y - t.
-    void (*forward)(const nmm_lumps *lumps, const float *v, const float *t, const float *extra,
-                    float *ahead, float *y);
-    /// extra = coupling x.
-    void (*couple)(const nmm_lumps *lumps, const float *x, float *extra);
+    /// y = (D + L)^-1 K t for t = (D + U)^-1 D v; `ahead` becomes y - t.
+    void (*forward)(const nmm_lumps *lumps, const float *v, const float *t, float *ahead, float *y);
+    /// y = (D + L)^-1 x.
+    void (*begin)(const nmm_lumps *lumps, const float *x, float *y);
     /// Takes the m directions of n numbers out of w, part[j] of each; the length of what is left.
     double (*orthogonalise)(const float *basis, int m, long n, float *w, double *part);
     /// x *= factor; y = sum of m directions, part[j] of each.

@@ -72,7 +72,7 @@ static inline __attribute__((always_inline)) bool eliminate(wide_lanes row[6][2]
     return diagonal > 0;
 }
 
-// The inverse of a symmetric block in place; false: not positive definite.
+// The inverse of a block in place; false: a pivot is not positive.
 static inline __attribute__((always_inline)) bool invert_six(wide_lanes row[6][2]) {
     return eliminate(row, 0) && eliminate(row, 1) && eliminate(row, 2) && eliminate(row, 3) &&
            eliminate(row, 4) && eliminate(row, 5);
@@ -100,8 +100,30 @@ static bool same_diagonal(wide_lanes block[3][3], const double *kept) {
     return other[0] + other[1] + other[2] + other[3] == 0;
 }
 
-// The inverse of the diagonal block of lump i and its scale.
-static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, int i) {
+// Half of a term, scaled.
+static inline void scale_half(const double *x, const double *scale, wide_lanes y[2]) {
+    y[0] = (wide_lanes){x[0] * scale[0], x[1] * scale[1], x[2] * scale[2], x[3] * scale[3]};
+    y[1] = (wide_lanes){x[4] * scale[4], x[5] * scale[5], 0, 0};
+}
+
+// What terms have of the diagonal block of lump i, by columns.
+static inline void add_terms(const nmm_lumps *lumps, const nmm_coupling *coupling, int i,
+                             wide_lanes column[6][2]) {
+    const double *scale = lumps->scale + 8 * (long)i;
+    for (int half = lumps->first[i]; half >= 0; half = lumps->next[half]) {
+        const double *pull = coupling->pull + 6 * (long)half;
+        wide_lanes push[2];
+        scale_half(coupling->push + 6 * (long)half, scale, push);
+        for (int c = 0; c < 6; c++) {
+            column[c][0] += scale[c] * pull[c] * push[0];
+            column[c][1] += scale[c] * pull[c] * push[1];
+        }
+    }
+}
+
+// The inverse of the diagonal block of lump i, and its scale. One with terms is another one the
+// next time.
+static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, const nmm_coupling *coupling, int i) {
     const wide_lanes zero = {0, 0, 0, 0};
     double *kept = lumps->own + 36 * (long)i, *scale = lumps->scale + 8 * (long)i;
     wide_lanes block[3][3], row[6][2];
@@ -109,9 +131,11 @@ static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, int i) {
         memcpy(block[r], K->value + 4 * (long)(K->diagonal[3 * lumps->order[i] + r] - r),
                sizeof block[r]);
     lumps->changed[i] = NMM_LUMP_SAME;
-    if (same_diagonal(block, kept)) return true;
+    const bool has_terms = lumps->first[i] >= 0;
+    if (!has_terms && same_diagonal(block, kept)) return true;
     lumps->changed[i] = NMM_LUMP_OTHER;
     memcpy(kept, block, sizeof block);
+    if (has_terms) kept[0] = 0;
     for (int j = 0; j < 6; j++) {
         const double was = scale[j];
         scale[j] = scale_of(block[j / 2][j / 2][3 * (j % 2)]);
@@ -127,8 +151,9 @@ static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, int i) {
         row[2 * r + 1][0] = lower * left * __builtin_shufflevector(b[0], b[1], 2, 3, 6, 7);
         row[2 * r + 1][1] = lower * right * __builtin_shufflevector(b[2], zero, 2, 3, 4, 5);
     }
+    // By the symmetry of the matrix rows serve as columns.
+    add_terms(lumps, coupling, i, row);
     if (!invert_six(row)) return false;
-    // As symmetric as it was but for rounding: rows serve as columns.
     for (int r = 0; r < 6; r++) {
         float *column = lumps->inverse + 48 * (long)i + 8 * r;
         FOUR(column) = __builtin_convertvector(row[r][0], four_lanes);
@@ -180,8 +205,8 @@ static void take_side(const nmm_lumps *lumps, const double *value, long length, 
             take_block(value, length, left, scale + 8 * (long)place[k], block);
 }
 
-// What two bodies have to do with each other changes the diagonal blocks of both: one that is the
-// same is enough, unless the scale of the other is new.
+// What two bodies have to do with each other, terms as well, changes the diagonal blocks of both:
+// one that is the same is enough, unless the scale of the other is new.
 static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
     for (int i = 0; i < lumps->n; i++) {
         const int row = 3 * lumps->order[i];
@@ -196,14 +221,39 @@ static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
     }
 }
 
-static bool take(nmm_lumps *lumps, const nmm_bsr *K) {
+// block += push pull^T.
+static inline void add_product(const wide_lanes push[2], const wide_lanes pull[2], float *block) {
+    const four_lanes upper = __builtin_convertvector(push[0], four_lanes);
+    const four_lanes lower = __builtin_convertvector(push[1], four_lanes);
+    for (int c = 0; c < 6; c++) {
+        const float factor = (float)pull[c / 4][c % 4];
+        FOUR(block + 8 * c) += upper * factor;
+        FOUR(block + 8 * c + 4) += lower * factor;
+    }
+}
+
+// What terms have of the blocks off the diagonal.
+static void blend_terms(nmm_lumps *lumps, const nmm_coupling *coupling) {
+    for (int half = 0; half < 2 * lumps->n_term; half++) {
+        const int other = half ^ 1, i = lumps->half[half], j = lumps->half[other];
+        if (i < 0 || j < 0) continue;
+        float *block = j < i ? lumps->before_value : lumps->behind_value;
+        wide_lanes push[2], pull[2];
+        scale_half(coupling->push + 6 * (long)half, lumps->scale + 8 * (long)i, push);
+        scale_half(coupling->pull + 6 * (long)other, lumps->scale + 8 * (long)j, pull);
+        add_product(push, pull, block + 48 * (long)lumps->cross[half]);
+    }
+}
+
+static bool take(nmm_lumps *lumps, const nmm_bsr *K, const nmm_coupling *coupling) {
     for (int i = 0; i < lumps->n; i++) {
-        if (take_diagonal(lumps, K, i)) continue;
+        if (take_diagonal(lumps, K, coupling, i)) continue;
         // The next time nothing is what it was.
         memset(lumps->own, 0, 36 * (size_t)lumps->n * sizeof *lumps->own);
         return false;
     }
     take_blocks(lumps, K);
+    blend_terms(lumps, coupling);
     return true;
 }
 
@@ -262,51 +312,50 @@ static inline void sum_blocks(const float *block, const int *place, int n, const
     *result = sum.half[0] + sum.half[1];
 }
 
-// y = v - D^-1 x.
-static inline void take_off(const float *inverse, const lanes *x, const float *v, lanes *y) {
+// y = D^-1 x.
+static inline void divide(const float *inverse, const lanes *x, lanes *y) {
     both_lanes sum = {{{0}}};
     add_block(inverse, x, &sum);
-    *y = LOAD(v) - (sum.half[0] + sum.half[1]);
+    *y = sum.half[0] + sum.half[1];
 }
 
 static void backward(const nmm_lumps *lumps, const float *v, float *t) {
     const int *start = lumps->behind_start;
     for (int i = lumps->n - 1; i >= 0; i--) {
         const long at = 8 * (long)i;
-        lanes sum, own;
+        lanes sum, part;
         sum_blocks(lumps->behind_value + 48 * (long)start[i + 1], lumps->behind + start[i + 1],
                    start[i] - start[i + 1], t, &sum);
-        take_off(lumps->inverse + 6 * at, &sum, v + at, &own);
-        AT(t + at) = own;
+        divide(lumps->inverse + 6 * at, &sum, &part);
+        AT(t + at) = LOAD(v + at) - part;
     }
 }
 
-static void forward(const nmm_lumps *lumps, const float *v, const float *t, const float *extra,
-                    float *ahead, float *y) {
+static void forward(const nmm_lumps *lumps, const float *v, const float *t, float *ahead,
+                    float *y) {
     const int *start = lumps->before_start;
     for (int i = 0; i < lumps->n; i++) {
         const long at = 8 * (long)i;
-        lanes sum, own;
+        lanes sum, part;
         sum_blocks(lumps->before_value + 48 * (long)start[i], lumps->before + start[i],
                    start[i + 1] - start[i], ahead, &sum);
-        sum -= LOAD(extra + at);
-        take_off(lumps->inverse + 6 * at, &sum, v + at, &own);
+        divide(lumps->inverse + 6 * at, &sum, &part);
+        const lanes own = LOAD(v + at) - part;
         AT(ahead + at) = own - LOAD(t + at);
         AT(y + at) = own;
     }
 }
 
-static void couple(const nmm_lumps *lumps, const float *x, float *extra) {
-    memset(extra, 0, 8 * (size_t)lumps->n * sizeof *extra);
-    for (int k = 0; k < lumps->n_term; k++) {
-        const long a = 8 * (long)lumps->term[2 * k], b = 8 * (long)lumps->term[2 * k + 1];
-        const float *pull = lumps->pull + 16 * (long)k, *push = lumps->push + 16 * (long)k;
-        const lanes all = LOAD(pull) * LOAD(x + a) + LOAD(pull + 8) * LOAD(x + b);
-        const four_lanes four = __builtin_shufflevector(all, all, 0, 1, 2, 3) +
-                                __builtin_shufflevector(all, all, 4, 5, 6, 7);
-        const float sum = (four[0] + four[2]) + (four[1] + four[3]);
-        AT(extra + a) += LOAD(push) * sum;
-        AT(extra + b) += LOAD(push + 8) * sum;
+static void begin(const nmm_lumps *lumps, const float *x, float *y) {
+    const int *start = lumps->before_start;
+    for (int i = 0; i < lumps->n; i++) {
+        const long at = 8 * (long)i;
+        lanes sum, own;
+        sum_blocks(lumps->before_value + 48 * (long)start[i], lumps->before + start[i],
+                   start[i + 1] - start[i], y, &sum);
+        sum = LOAD(x + at) - sum;
+        divide(lumps->inverse + 6 * at, &sum, &own);
+        AT(y + at) = own;
     }
 }
 
@@ -379,7 +428,7 @@ const nmm_lumps_kernels KERNELS = {.take = take,
                                    .residual = residual,
                                    .backward = backward,
                                    .forward = forward,
-                                   .couple = couple,
+                                   .begin = begin,
                                    .orthogonalise = orthogonalise,
                                    .scale = scale_all,
                                    .combine = combine};

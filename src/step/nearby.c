@@ -167,18 +167,31 @@ static void sort_rows(nmm_nearby *nearby) {
     }
 }
 
+// Rows of the bins that leave no more than `left`, and rings of neighbours, while there are no more
+// than `most` in all; how many.
+static int take_near(nmm_nearby *nearby, const nmm_system *system, const bin_sums *bins,
+                     double left, double rings, int most) {
+    int n = 0;
+    const int end_bin = first_bin_left(bins, left, &n);
+    if (n == 0 || n > most) return n;
+    n = take_worst(nearby, system, bins->most, end_bin);
+    return take_rings(nearby, system, n, rings, most);
+}
+
 bool nmm_nearby_choose(nmm_nearby *nearby, const nmm_system *system, double left, double most_left,
                        double h) {
     const double rings = RINGS * (1 + h * nearby->speed / nearby->model->size);
     const int most_rows = (int)(MOST_PART * system->K.n_row);
     bin_sums bins;
     if (!(rings <= MOST_RINGS) || !fill_bins(&bins, system)) return false;
-    for (bool first = true; first || left <= most_left; first = false, left *= 2) {
-        int n = 0;
-        const int end_bin = first_bin_left(&bins, left, &n);
-        if (n == 0 || n > most_rows) continue;
-        n = take_worst(nearby, system, bins.most, end_bin);
-        n = take_rings(nearby, system, n, rings, most_rows);
+    // The more is left, the fewer rows: most often even the most that may be left is too little.
+    double last = left;
+    while (2 * last <= most_left)
+        last *= 2;
+    if (last > left && take_near(nearby, system, &bins, last, rings, most_rows) > most_rows)
+        return false;
+    for (; left <= last; left *= 2) {
+        const int n = take_near(nearby, system, &bins, left, rings, most_rows);
         if (n == 0 || n > most_rows) continue;
         sort_rows(nearby);
         return true;

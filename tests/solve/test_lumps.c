@@ -104,7 +104,7 @@ static void expect_near(const fixture *x, const double *a, const double *b) {
         assert_near(a[i] * x->scale[i], b[i] * x->scale[i], 2e-5);
 }
 
-// Terms between pairs of lumps.
+// Terms between pairs of lumps that have a block; some with one half only.
 enum { N_TERM = 20 };
 typedef struct terms {
     int row[N_TERM][6];
@@ -115,12 +115,17 @@ typedef struct terms {
 static void make_terms(const fixture *x, terms *t, uint64_t seed) {
     nmm_random random = nmm_random_seed(seed);
     for (int k = 0; k < N_TERM; k++) {
-        const int a = (int)(nmm_random_next(&random) % N), b = (int)(nmm_random_next(&random) % N);
+        int a = 0, b = 0;
+        while (a == b || x->dense[6 * a][6 * b] == 0) {
+            a = (int)(nmm_random_next(&random) % N);
+            b = (int)(nmm_random_next(&random) % N);
+        }
         for (int i = 0; i < 12; i++) {
             const int row = i < 6 ? 3 * a + i / 2 : 3 * b + (i - 6) / 2;
-            t->row[k][i / 2] = row;
-            t->push[k][i] = between(&random) * x->scale[2 * row + i % 2];
-            t->pull[k][i] = between(&random) * x->scale[2 * row + i % 2];
+            const bool zero = (k == 3 && i < 6) || (k == 5 && i >= 6);
+            t->row[k][i / 2] = zero ? 0 : row;
+            t->push[k][i] = zero ? 0 : between(&random) * x->scale[2 * row + i % 2];
+            t->pull[k][i] = zero ? 0 : between(&random) * x->scale[2 * row + i % 2];
         }
     }
     t->coupling = (nmm_coupling){
@@ -143,20 +148,33 @@ static void random_vector(const fixture *x, uint64_t seed, double *exact, float 
         exact[i] /= largest;
 }
 
-// K t + coupling t.
-static void multiply(const fixture *x, const terms *t, const double *u, double *product) {
+// K t.
+static void multiply(const fixture *x, const double *u, double *product) {
     for (int i = 0; i < SIZE; i++) {
         product[i] = 0;
         for (int j = 0; j < SIZE; j++)
             product[i] += x->dense[i][j] * u[j];
     }
-    for (int k = 0; k < N_TERM; k++) {
-        double sum = 0;
+}
+
+// The dense matrix has the terms.
+static void add_terms(fixture *x, const terms *t) {
+    for (int k = 0; k < N_TERM; k++)
         for (int i = 0; i < 12; i++)
-            sum += t->pull[k][i] * u[2 * t->row[k][i / 2] + i % 2];
-        for (int i = 0; i < 12; i++)
-            product[2 * t->row[k][i / 2] + i % 2] += sum * t->push[k][i];
-    }
+            for (int j = 0; j < 12; j++)
+                x->dense[2 * t->row[k][i / 2] + i % 2][2 * t->row[k][j / 2] + j % 2] +=
+                    t->push[k][i] * t->pull[k][j];
+}
+
+static void take(fixture *x, const nmm_lumps_kernels *kernels, const terms *t) {
+    bool fit = false;
+    assert_int_equal(nmm_lumps_couple(&x->context, &x->lumps, &t->coupling, &fit), NMM_OK);
+    assert_true(fit);
+    assert_true(kernels->take(&x->lumps, &x->system.K, &t->coupling));
+}
+
+static bool take_without_terms(fixture *x) {
+    return nmm_lumps_fastest()->take(&x->lumps, &x->system.K, NULL);
 }
 
 static void test_sweeps_are_those_of_the_matrix(void **unused) {
@@ -167,11 +185,13 @@ static void test_sweeps_are_those_of_the_matrix(void **unused) {
         terms list;
         make_terms(&x, &list, seed + 50);
         const nmm_lumps_kernels *kernels = nmm_lumps_fastest();
-        assert_true(kernels->take(&x.lumps, &x.system.K));
-        bool fit = false;
-        assert_int_equal(nmm_lumps_couple(&x.context, &x.lumps, &list.coupling, &fit), NMM_OK);
-        assert_true(fit);
-        float v[8 * N], t[8 * N], extra[8 * N], ahead[8 * N], y[8 * N];
+        // What other terms were there does not count.
+        terms others;
+        make_terms(&x, &others, seed + 70);
+        take(&x, kernels, &others);
+        take(&x, kernels, &list);
+        add_terms(&x, &list);
+        float v[8 * N], t[8 * N], ahead[8 * N], y[8 * N];
         double exact[SIZE], load[SIZE], expected[SIZE], found[SIZE];
         random_vector(&x, seed + 9, exact, v);
         // t = (D + U)^-1 D v
@@ -184,12 +204,18 @@ static void test_sweeps_are_those_of_the_matrix(void **unused) {
         kernels->backward(&x.lumps, v, t);
         unload(&x, t, found);
         expect_near(&x, found, expected);
-        // y = (D + L)^-1 (K + coupling) t
-        multiply(&x, &list, expected, load);
+        // y = (D + L)^-1 K t
+        multiply(&x, expected, load);
         solve_half(&x, true, load, expected);
-        kernels->couple(&x.lumps, t, extra);
-        kernels->forward(&x.lumps, v, t, extra, ahead, y);
+        kernels->forward(&x.lumps, v, t, ahead, y);
         unload(&x, y, found);
+        expect_near(&x, found, expected);
+        // y = (D + L)^-1 f
+        const double largest = nmm_lumps_load(&x.lumps, load, v);
+        kernels->begin(&x.lumps, v, y);
+        unload(&x, y, found);
+        for (int i = 0; i < SIZE; i++)
+            found[i] *= largest;
         expect_near(&x, found, expected);
         tear_down(&x);
     }
@@ -231,19 +257,16 @@ static void test_same_bits_on_any_processor(void **unused) {
     const nmm_lumps_kernels *const kernels[3] = {
         &nmm_lumps_plain, fastest == &nmm_lumps_plain ? fastest : &nmm_lumps_avx2, fastest};
     for (int k = 0; k < 3; k++) {
-        bool fit = false;
-        float t[8 * N], extra[8 * N], ahead[8 * N];
+        float t[8 * N], ahead[8 * N];
         double exact[SIZE];
         memset(x.lumps.own, 0, 36 * N * sizeof *x.lumps.own);
-        assert_true(kernels[k]->take(&x.lumps, &x.system.K));
+        take(&x, kernels[k], &list);
         memcpy(inverse[k], x.lumps.inverse, sizeof inverse[k]);
-        assert_int_equal(nmm_lumps_couple(&x.context, &x.lumps, &list.coupling, &fit), NMM_OK);
         random_vector(&x, 5, exact, basis[0]);
         random_vector(&x, 6, exact, basis[1]);
         kernels[k]->backward(&x.lumps, basis[0], t);
-        kernels[k]->couple(&x.lumps, t, extra);
-        kernels[k]->forward(&x.lumps, basis[0], t, extra, ahead, y[k]);
-        memcpy(basis[2], y[k], sizeof basis[2]);
+        kernels[k]->forward(&x.lumps, basis[0], t, ahead, y[k]);
+        kernels[k]->begin(&x.lumps, y[k], basis[2]);
         length[k] = kernels[k]->orthogonalise(basis[0], 2, 8 * N, basis[2], part[k]);
         kernels[k]->scale(basis[2], 8 * N, 1 / length[k]);
         kernels[k]->combine(basis[0], 3, 8 * N, (double[]){part[k][0], part[k][1], 1}, y[k]);
@@ -330,7 +353,7 @@ static void assert_as_fresh(fixture *x) {
     memcpy(behind, lumps->behind_value, n_behind);
     memcpy(inverse, lumps->inverse, sizeof inverse);
     memset(lumps->own, 0, 36 * N * sizeof *lumps->own);
-    assert_true(nmm_lumps_fastest()->take(lumps, &x->system.K));
+    assert_true(take_without_terms(x));
     assert_memory_equal(before, lumps->before_value, n_before);
     assert_memory_equal(behind, lumps->behind_value, n_behind);
     assert_memory_equal(inverse, lumps->inverse, sizeof inverse);
@@ -348,7 +371,7 @@ static void test_takes_again_what_has_changed(void **unused) {
     (void)unused;
     static fixture x;
     set_up(&x, 2);
-    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_true(take_without_terms(&x));
     assert_as_fresh(&x);
     // Other scales of one lump are those of the blocks beside it.
     for (int i = 0; i < 3; i++) {
@@ -356,7 +379,7 @@ static void test_takes_again_what_has_changed(void **unused) {
         block[0] *= 64;
         block[3] *= 64;
     }
-    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_true(take_without_terms(&x));
     assert_as_fresh(&x);
     // What joins two lumps changes with the diagonal blocks of both, here without new scales.
     const int a = 3 * x.lumps.order[x.lumps.before[0]], b = 3 * lump_with_first_block(&x);
@@ -369,7 +392,16 @@ static void test_takes_again_what_has_changed(void **unused) {
     x.system.K.value[4 * (long)at] *= 1.5;
     x.system.K.value[4 * (long)x.system.K.diagonal[a]] *= 1.001;
     x.system.K.value[4 * (long)x.system.K.diagonal[b]] *= 1.001;
-    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_true(take_without_terms(&x));
+    assert_as_fresh(&x);
+    // Where there were terms.
+    terms list;
+    make_terms(&x, &list, 9);
+    bool fit = false;
+    take(&x, nmm_lumps_fastest(), &list);
+    const nmm_coupling none = {0};
+    assert_int_equal(nmm_lumps_couple(&x.context, &x.lumps, &none, &fit), NMM_OK);
+    assert_true(take_without_terms(&x));
     assert_as_fresh(&x);
     // What was found before a take failed counts as well.
     double *first = x.system.K.value + 4 * (long)x.system.K.diagonal[3 * x.lumps.order[0]];
@@ -377,10 +409,39 @@ static void test_takes_again_what_has_changed(void **unused) {
     const double was = last[0];
     first[0] *= 64;
     last[0] = -was;
-    assert_false(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_false(take_without_terms(&x));
     last[0] = was;
-    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_true(take_without_terms(&x));
     assert_as_fresh(&x);
+    tear_down(&x);
+}
+
+// Terms that turn a diagonal block round, and terms between lumps that have no block.
+static void test_leaves_terms_that_do_not_fit(void **unused) {
+    (void)unused;
+    static fixture x;
+    set_up(&x, 2);
+    terms list;
+    make_terms(&x, &list, 9);
+    take(&x, nmm_lumps_fastest(), &list);
+    const int row = list.row[0][0];
+    const double pull = list.pull[0][0], push = list.push[0][0];
+    list.push[0][0] = -1e3 * x.scale[2 * row];
+    list.pull[0][0] = x.scale[2 * row];
+    bool fit = false;
+    assert_int_equal(nmm_lumps_couple(&x.context, &x.lumps, &list.coupling, &fit), NMM_OK);
+    assert_true(fit);
+    assert_false(nmm_lumps_fastest()->take(&x.lumps, &x.system.K, &list.coupling));
+    list.push[0][0] = push;
+    list.pull[0][0] = pull;
+    take(&x, nmm_lumps_fastest(), &list);
+    int a = 0, b = 1;
+    while (x.dense[6 * a][6 * b] != 0)
+        b += 1;
+    for (int i = 0; i < 6; i++)
+        list.row[1][i] = i < 3 ? 3 * a + i : 3 * b + i - 3;
+    assert_int_equal(nmm_lumps_couple(&x.context, &x.lumps, &list.coupling, &fit), NMM_OK);
+    assert_false(fit);
     tear_down(&x);
 }
 
@@ -388,13 +449,13 @@ static void test_names_a_block_that_is_not_positive(void **unused) {
     (void)unused;
     static fixture x;
     set_up(&x, 2);
-    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_true(take_without_terms(&x));
     double *block = x.system.K.value + 4 * (long)x.system.K.diagonal[3 * 7 + 2];
     const double was = block[3];
     block[3] = -was;
-    assert_false(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_false(take_without_terms(&x));
     block[3] = was;
-    assert_true(nmm_lumps_fastest()->take(&x.lumps, &x.system.K));
+    assert_true(take_without_terms(&x));
     tear_down(&x);
 }
 
@@ -406,6 +467,7 @@ int main(void) {
         cmocka_unit_test(test_directions_become_orthogonal),
         cmocka_unit_test(test_residual_is_that_of_the_matrix),
         cmocka_unit_test(test_takes_again_what_has_changed),
+        cmocka_unit_test(test_leaves_terms_that_do_not_fit),
         cmocka_unit_test(test_names_a_block_that_is_not_positive),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
