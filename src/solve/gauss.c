@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // Minimal residuals for a system with a coupling, preconditioned by one symmetric Gauss-Seidel
-// sweep of its symmetric part: x = (D + U)^-1 D y, where y leaves least of (D + L)^-1 (f - K x),
-// after Saad and Schultz (1986) and Eisenstat (1981). Rows of a body that has three are eliminated
-// as one. A coupling may leave a system that no iteration gets far with: then this gives up after a
-// few, says so, and is left out for some solves. Sweeps by lumps are in float32, the residual that
-// counts is in float64. What always holds: solved means that |f - K u| was
-// measured, the coupling included.
+// sweep: x = (D + U)^-1 D y, where y leaves least of (D + L)^-1 (f - K x), after Saad and Schultz
+// (1986) and Eisenstat (1981). D, L and U are of the symmetric part; rows of a body that has three
+// are eliminated as one, and the coupling is in their blocks. A coupling may leave a system that no
+// iteration gets far with: then this gives up after a few, says so, and is left out for some
+// solves. Sweeps by lumps are in float32, the residual that counts is in float64. What always
+// holds: solved means that |f - K u| was measured, the coupling included.
 
 #include "gauss.h"
 

@@ -253,6 +253,23 @@ static void test_solves_what_lumps_are_not_made_for(void **unused) {
     tear_down(&x);
 }
 
+// A term that turns a diagonal block round: sweeps by single rows leave it beside the matrix.
+static void test_solves_where_a_block_has_no_inverse(void **unused) {
+    (void)unused;
+    fixture x;
+    set_up_threes(&x, 50, 0.1);
+    memset(x.push[3], 0, sizeof x.push[3]);
+    memset(x.pull[3], 0, sizeof x.pull[3]);
+    x.push[3][0][0] = -2;
+    x.pull[3][0][0] = diagonal_of(&x.system.K, x.row[3][0]);
+    expect_solved_by(&x, NMM_GAUSS_SWEEPS);
+    assert_int_equal(x.solver->gauss->lump, 1);
+    x.push[3][0][0] = 0;
+    expect_solved_by(&x, NMM_GAUSS_SWEEPS);
+    assert_int_equal(x.solver->gauss->lump, 3);
+    tear_down(&x);
+}
+
 static void test_sweeps_hold_rows_of_any_scale(void **unused) {
     (void)unused;
     fixture x;
@@ -378,6 +395,7 @@ int main(void) {
         cmocka_unit_test(test_solved_by_the_factor_kept),
         cmocka_unit_test(test_knows_a_pattern_that_came_in_a_pause),
         cmocka_unit_test(test_solves_what_lumps_are_not_made_for),
+        cmocka_unit_test(test_solves_where_a_block_has_no_inverse),
         cmocka_unit_test(test_sweeps_hold_rows_of_any_scale),
         cmocka_unit_test(test_without_terms_it_is_the_symmetric_system),
         cmocka_unit_test(test_same_bits_on_any_number_of_threads),
