@@ -60,8 +60,8 @@ double nmm_lumps_load(const nmm_lumps *lumps, const double *x, float *y);
 void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double factor, double *x);
 
 typedef struct nmm_lumps_kernels {
-    /// Takes the numbers, and those of the terms; false: a pivot of a diagonal block is not
-    /// positive.
+    /// Takes the numbers, and those of the terms; false: a diagonal block is not positive definite,
+    /// or one with terms has a pivot that is next to nothing.
     bool (*take)(nmm_lumps *lumps, const nmm_bsr *K, const nmm_coupling *coupling);
     /// The residual of the matrix itself, wide.r = f - K u - extra.
     void (*residual)(const nmm_solver *solver, const double *extra);

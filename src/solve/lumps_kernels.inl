@@ -20,6 +20,10 @@ typedef float four_lanes __attribute__((vector_size(16)));
 // Numbers of a vector whose products are summed in float32; sums of these are in float64.
 enum { CHUNK = 2048 };
 
+// A negative pivot of a diagonal block with terms, whose diagonal elements were 0.5 .. 4, is taken
+// from here on.
+#define LEAST_NEGATIVE 1e-2
+
 // Eight numbers at a place. Lanes never go through a call: before AVX there is no rule for that.
 typedef float lanes_there __attribute__((vector_size(32), aligned(4), may_alias));
 #define AT(x) (*(lanes_there *)(x))
@@ -54,8 +58,9 @@ static inline __attribute__((always_inline)) void put(wide_lanes *v, int c, doub
 }
 
 // One pivot of Gauss and Jordan on a 6x6 block, rows of 8 in registers: as long as k is a constant.
-// The pivot's column becomes that of the inverse.
-static inline __attribute__((always_inline)) bool eliminate(wide_lanes row[6][2], int k) {
+// The pivot's column becomes that of the inverse. False: it is neither positive nor below `turned`.
+static inline __attribute__((always_inline)) bool eliminate(wide_lanes row[6][2], int k,
+                                                            double turned) {
     const wide_lanes zero = {0, 0, 0, 0};
     const int h = k / 4, c = k % 4;
     const double diagonal = row[k][h][c], inverse = 1 / diagonal;
@@ -69,13 +74,13 @@ static inline __attribute__((always_inline)) bool eliminate(wide_lanes row[6][2]
         row[i][0] -= factor * row[k][0];
         row[i][1] -= factor * row[k][1];
     }
-    return diagonal > 0;
+    return diagonal > 0 || diagonal < turned;
 }
 
-// The inverse of a block in place; false: a pivot is not positive.
-static inline __attribute__((always_inline)) bool invert_six(wide_lanes row[6][2]) {
-    return eliminate(row, 0) && eliminate(row, 1) && eliminate(row, 2) && eliminate(row, 3) &&
-           eliminate(row, 4) && eliminate(row, 5);
+// The inverse of a block in place; false: a pivot is neither positive nor below `turned`.
+static inline __attribute__((always_inline)) bool invert_six(wide_lanes row[6][2], double turned) {
+    return eliminate(row, 0, turned) && eliminate(row, 1, turned) && eliminate(row, 2, turned) &&
+           eliminate(row, 3, turned) && eliminate(row, 4, turned) && eliminate(row, 5, turned);
 }
 
 // A power of two whose square times x is 0.5 .. 4; x > 0, the exponent is read from the bits.
@@ -153,7 +158,7 @@ static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, const nmm_coupling
     }
     // By the symmetry of the matrix rows serve as columns.
     add_terms(lumps, coupling, i, row);
-    if (!invert_six(row)) return false;
+    if (!invert_six(row, has_terms ? -LEAST_NEGATIVE : -INFINITY)) return false;
     for (int r = 0; r < 6; r++) {
         float *column = lumps->inverse + 48 * (long)i + 8 * r;
         FOUR(column) = __builtin_convertvector(row[r][0], four_lanes);
