@@ -185,13 +185,14 @@ bool nmm_nearby_choose(nmm_nearby *nearby, const nmm_system *system, double left
     bin_sums bins;
     if (!(rings <= MOST_RINGS) || !fill_bins(&bins, system)) return false;
     // The more is left, the fewer rows: most often even the most that may be left is too little.
-    double last = left;
-    while (2 * last <= most_left)
-        last *= 2;
-    if (last > left && take_near(nearby, system, &bins, last, rings, most_rows) > most_rows)
+    int times = 0;
+    while (left > 0 && ldexp(left, times + 1) <= most_left)
+        times++;
+    if (times > 0 &&
+        take_near(nearby, system, &bins, ldexp(left, times), rings, most_rows) > most_rows)
         return false;
-    for (; left <= last; left *= 2) {
-        const int n = take_near(nearby, system, &bins, left, rings, most_rows);
+    for (int k = 0; k <= times; k++) {
+        const int n = take_near(nearby, system, &bins, ldexp(left, k), rings, most_rows);
         if (n == 0 || n > most_rows) continue;
         sort_rows(nearby);
         return true;
