@@ -35,7 +35,7 @@ static nmm_status reserve(nmm_context *context, nmm_lumps *lumps, int n, int n_s
     TRY(nmm_grow(context, &lumps->behind_start, &room[3], n + 1, sizeof(int)));
     TRY(nmm_grow(context, &lumps->inverse, &room[4], n + 1, 48 * sizeof(float)));
     TRY(nmm_grow(context, &lumps->scale, &room[5], n + 1, 8 * sizeof(double)));
-    TRY(nmm_grow(context, &lumps->own, &room[6], n + 1, 36 * sizeof(double)));
+    TRY(nmm_grow(context, &lumps->own, &room[6], n + 1, 48 * sizeof(double)));
     TRY(nmm_grow(context, &lumps->changed, &room[7], n + 1, sizeof(nmm_lump_change)));
     TRY(nmm_grow(context, &lumps->first, &room[8], n + 1, sizeof(int)));
     lumps->capacity = room[8];
@@ -134,7 +134,7 @@ nmm_status nmm_lumps_find(nmm_context *context, nmm_lumps *lumps, const nmm_bsr 
     sort_waves(lumps, wave, n_wave, lumps->before_start);
     list_blocks(lumps, K);
     // Inverses are of other lumps.
-    memset(lumps->own, 0, (size_t)n * 36 * sizeof(double));
+    memset(lumps->scale, 0, (size_t)n * 8 * sizeof(double));
     forget_terms(lumps);
     lumps->known = true;
     return NMM_OK;

@@ -30,8 +30,8 @@ typedef struct nmm_lumps {
     int *before, *behind;
     float *before_value, *behind_value; // [..][6][8] by columns
     float *inverse;                     // [n][6][8] of the diagonal blocks
-    double *scale;                      // [n][8] of the unknowns
-    double *own;                        // [n][6][6] diagonal blocks that were taken, without terms
+    double *scale;                      // [n][8] of the unknowns; 0: nothing was taken
+    double *own;                        // [n][6][8] diagonal blocks that were taken, with terms
     nmm_lump_change *changed;           // [n]
     // The coupling: each term has two halves of three rows.
     int n_term;

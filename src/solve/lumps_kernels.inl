@@ -24,12 +24,20 @@ enum { CHUNK = 2048 };
 // from here on.
 #define LEAST_NEGATIVE 1e-2
 
+// What the numbers of a diagonal block, scaled, may have changed by and still be the same: what
+// float32 rounds them by.
+#define SAME 0x1p-23
+
 // Eight numbers at a place. Lanes never go through a call: before AVX there is no rule for that.
 typedef float lanes_there __attribute__((vector_size(32), aligned(4), may_alias));
 #define AT(x) (*(lanes_there *)(x))
 #define LOAD(x) (*(const lanes_there *)(x))
 typedef float four_there __attribute__((vector_size(16), aligned(4), may_alias));
 #define FOUR(x) (*(four_there *)(x))
+// Four of float64; more at once the compiler would copy in halves, to wait for them.
+typedef double wide_there __attribute__((vector_size(32), aligned(8), may_alias));
+#define WIDE(x) (*(wide_there *)(x))
+#define LOAD_WIDE(x) (*(const wide_there *)(x))
 #define SPREAD(v, k) __builtin_shufflevector(v, v, k, k, k, k, k, k, k, k)
 
 // Two of them, which AVX-512 has in one register: the same sums.
@@ -93,78 +101,93 @@ static double scale_of(double x) {
     return x;
 }
 
-// Is the diagonal block what it was? Most bodies have the one of the pass before.
-static bool same_diagonal(wide_lanes block[3][3], const double *kept) {
-    wide_lanes other = {0};
-    for (int j = 0; j < 9; j++) {
-        wide_lanes old;
-        memcpy(&old, kept + 4 * j, sizeof old);
-        const wide_lanes change = block[j / 3][j % 3] - old;
-        other += change * change;
+// The diagonal block of lump i with its terms, by columns. By the symmetry of the matrix its rows
+// serve as columns.
+static inline void read_diagonal(const nmm_lumps *lumps, const nmm_bsr *K,
+                                 const nmm_coupling *coupling, int i, wide_lanes column[6][2]) {
+    const wide_lanes zero = {0, 0, 0, 0};
+#pragma GCC unroll 3
+    for (int r = 0; r < 3; r++) {
+        const double *row = K->value + 4 * (long)(K->diagonal[3 * lumps->order[i] + r] - r);
+        const wide_lanes b[3] = {LOAD_WIDE(row), LOAD_WIDE(row + 4), LOAD_WIDE(row + 8)};
+        column[2 * r][0] = __builtin_shufflevector(b[0], b[1], 0, 1, 4, 5);
+        column[2 * r][1] = __builtin_shufflevector(b[2], zero, 0, 1, 4, 5);
+        column[2 * r + 1][0] = __builtin_shufflevector(b[0], b[1], 2, 3, 6, 7);
+        column[2 * r + 1][1] = __builtin_shufflevector(b[2], zero, 2, 3, 4, 5);
     }
-    return other[0] + other[1] + other[2] + other[3] == 0;
-}
-
-// Half of a term, scaled.
-static inline void scale_half(const double *x, const double *scale, wide_lanes y[2]) {
-    y[0] = (wide_lanes){x[0] * scale[0], x[1] * scale[1], x[2] * scale[2], x[3] * scale[3]};
-    y[1] = (wide_lanes){x[4] * scale[4], x[5] * scale[5], 0, 0};
-}
-
-// What terms have of the diagonal block of lump i, by columns.
-static inline void add_terms(const nmm_lumps *lumps, const nmm_coupling *coupling, int i,
-                             wide_lanes column[6][2]) {
-    const double *scale = lumps->scale + 8 * (long)i;
     for (int half = lumps->first[i]; half >= 0; half = lumps->next[half]) {
+        const double *push = coupling->push + 6 * (long)half;
         const double *pull = coupling->pull + 6 * (long)half;
-        wide_lanes push[2];
-        scale_half(coupling->push + 6 * (long)half, scale, push);
+        const wide_lanes upper = {push[0], push[1], push[2], push[3]};
+        const wide_lanes lower = {push[4], push[5], 0, 0};
+#pragma GCC unroll 6
         for (int c = 0; c < 6; c++) {
-            column[c][0] += scale[c] * pull[c] * push[0];
-            column[c][1] += scale[c] * pull[c] * push[1];
+            column[c][0] += pull[c] * upper;
+            column[c][1] += pull[c] * lower;
         }
     }
 }
 
-// The inverse of the diagonal block of lump i, and its scale. One with terms is another one the
-// next time.
-static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, const nmm_coupling *coupling, int i) {
-    const wide_lanes zero = {0, 0, 0, 0};
-    double *kept = lumps->own + 36 * (long)i, *scale = lumps->scale + 8 * (long)i;
-    wide_lanes block[3][3], row[6][2];
-    for (int r = 0; r < 3; r++)
-        memcpy(block[r], K->value + 4 * (long)(K->diagonal[3 * lumps->order[i] + r] - r),
-               sizeof block[r]);
-    lumps->changed[i] = NMM_LUMP_SAME;
-    const bool has_terms = lumps->first[i] >= 0;
-    if (!has_terms && same_diagonal(block, kept)) return true;
-    lumps->changed[i] = NMM_LUMP_OTHER;
-    memcpy(kept, block, sizeof block);
-    if (has_terms) kept[0] = 0;
+// Is the scaled block what it was, as far as float32 can tell? Most bodies have the one of the pass
+// before, but for what rounding leaves of the ratio of forces that slide.
+static inline bool same_diagonal(wide_lanes column[6][2], const double *kept, const double *scale) {
+    const wide_lanes all[2] = {LOAD_WIDE(scale), LOAD_WIDE(scale + 4)};
+    wide_lanes other = {0};
+#pragma GCC unroll 6
+    for (int c = 0; c < 6; c++) {
+        const wide_lanes upper = (column[c][0] - LOAD_WIDE(kept + 8 * c)) * (scale[c] * all[0]);
+        const wide_lanes lower = (column[c][1] - LOAD_WIDE(kept + 8 * c + 4)) * (scale[c] * all[1]);
+        other += upper * upper + lower * lower;
+    }
+    return scale[0] > 0 && other[0] + other[1] + other[2] + other[3] <= SAME * SAME;
+}
+
+// Scales of lump i by the diagonal of the matrix; are they other ones?
+static inline bool take_scale(const nmm_bsr *K, const int *diagonal, double *scale) {
+    bool other = false;
     for (int j = 0; j < 6; j++) {
         const double was = scale[j];
-        scale[j] = scale_of(block[j / 2][j / 2][3 * (j % 2)]);
-        if (scale[j] != was) lumps->changed[i] = NMM_LUMP_RESCALED;
+        scale[j] = scale_of(K->value[4 * (long)diagonal[j / 2] + 3 * (j % 2)]);
+        other = other || scale[j] != was;
     }
-    const wide_lanes left = {scale[0], scale[1], scale[2], scale[3]};
-    const wide_lanes right = {scale[4], scale[5], 0, 0};
-    for (int r = 0; r < 3; r++) {
-        const wide_lanes *b = block[r];
-        const double upper = scale[2 * r], lower = scale[2 * r + 1];
-        row[2 * r][0] = upper * left * __builtin_shufflevector(b[0], b[1], 0, 1, 4, 5);
-        row[2 * r][1] = upper * right * __builtin_shufflevector(b[2], zero, 0, 1, 4, 5);
-        row[2 * r + 1][0] = lower * left * __builtin_shufflevector(b[0], b[1], 2, 3, 6, 7);
-        row[2 * r + 1][1] = lower * right * __builtin_shufflevector(b[2], zero, 2, 3, 4, 5);
+    return other;
+}
+
+// The inverse of a block, scaled; false as above.
+static bool invert_scaled(const double *block, const double *scale, double turned, float *inverse) {
+    const wide_lanes all[2] = {LOAD_WIDE(scale), LOAD_WIDE(scale + 4)};
+    wide_lanes column[6][2];
+#pragma GCC unroll 6
+    for (int c = 0; c < 6; c++) {
+        column[c][0] = LOAD_WIDE(block + 8 * c) * (scale[c] * all[0]);
+        column[c][1] = LOAD_WIDE(block + 8 * c + 4) * (scale[c] * all[1]);
     }
-    // By the symmetry of the matrix rows serve as columns.
-    add_terms(lumps, coupling, i, row);
-    if (!invert_six(row, has_terms ? -LEAST_NEGATIVE : -INFINITY)) return false;
-    for (int r = 0; r < 6; r++) {
-        float *column = lumps->inverse + 48 * (long)i + 8 * r;
-        FOUR(column) = __builtin_convertvector(row[r][0], four_lanes);
-        FOUR(column + 4) = __builtin_convertvector(row[r][1], four_lanes);
+    if (!invert_six(column, turned)) return false;
+#pragma GCC unroll 6
+    for (int c = 0; c < 6; c++) {
+        FOUR(inverse + 8 * c) = __builtin_convertvector(column[c][0], four_lanes);
+        FOUR(inverse + 8 * c + 4) = __builtin_convertvector(column[c][1], four_lanes);
     }
     return true;
+}
+
+// The inverse of the diagonal block of lump i, and its scale.
+static bool take_diagonal(nmm_lumps *lumps, const nmm_bsr *K, const nmm_coupling *coupling, int i) {
+    double *kept = lumps->own + 48 * (long)i, *scale = lumps->scale + 8 * (long)i;
+    wide_lanes column[6][2];
+    read_diagonal(lumps, K, coupling, i, column);
+    lumps->changed[i] = NMM_LUMP_SAME;
+    if (same_diagonal(column, kept, scale)) return true;
+#pragma GCC unroll 6
+    for (int c = 0; c < 6; c++) {
+        WIDE(kept + 8 * c) = column[c][0];
+        WIDE(kept + 8 * c + 4) = column[c][1];
+    }
+    const bool rescaled = take_scale(K, K->diagonal + 3 * (long)lumps->order[i], scale);
+    lumps->changed[i] = rescaled ? NMM_LUMP_RESCALED : NMM_LUMP_OTHER;
+    const bool has_terms = lumps->first[i] >= 0;
+    return invert_scaled(kept, scale, has_terms ? -LEAST_NEGATIVE : -INFINITY,
+                         lumps->inverse + 48 * (long)i);
 }
 
 // --- The matrix
@@ -197,23 +220,30 @@ static inline void take_block(const double *value, long length, const wide_lanes
     }
 }
 
+// What two bodies have to do with each other, terms as well, changes the diagonal blocks of both:
+// one that is the same is enough, unless the scale of the other is new.
+static inline bool is_other(const nmm_lump_change *changed, int i, int j) {
+    return changed[i] + changed[j] >= NMM_LUMP_RESCALED;
+}
+
 // Of n blocks in a row those that have changed.
 static void take_side(const nmm_lumps *lumps, const double *value, long length, int i, int n,
                       const int *place, float *block) {
-    const nmm_lump_change *changed = lumps->changed, mine = changed[i];
     const double *scale = lumps->scale, *own = scale + 8 * (long)i;
     wide_lanes left[3];
     for (int r = 0; r < 3; r++)
         left[r] = (wide_lanes){own[2 * r], own[2 * r], own[2 * r + 1], own[2 * r + 1]};
     for (int k = 0; k < n; k++, value += 12, block += 48)
-        if (mine + changed[place[k]] >= NMM_LUMP_RESCALED)
+        if (is_other(lumps->changed, i, place[k]))
             take_block(value, length, left, scale + 8 * (long)place[k], block);
 }
 
-// What two bodies have to do with each other, terms as well, changes the diagonal blocks of both:
-// one that is the same is enough, unless the scale of the other is new.
 static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
+    nmm_lump_change most = NMM_LUMP_SAME;
+    for (int i = 0; i < lumps->n; i++)
+        most = nmm_max_int(most, lumps->changed[i]);
     for (int i = 0; i < lumps->n; i++) {
+        if (lumps->changed[i] + most < NMM_LUMP_RESCALED) continue;
         const int row = 3 * lumps->order[i];
         const int before = lumps->before_start[i], behind = lumps->behind_start[i + 1];
         const int n_before = lumps->before_start[i + 1] - before;
@@ -224,6 +254,12 @@ static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
         take_side(lumps, value + 12 * (n_before + 1), length, i, lumps->behind_start[i] - behind,
                   lumps->behind + behind, lumps->behind_value + 48 * (long)behind);
     }
+}
+
+// Half of a term, scaled.
+static inline void scale_half(const double *x, const double *scale, wide_lanes y[2]) {
+    y[0] = (wide_lanes){x[0] * scale[0], x[1] * scale[1], x[2] * scale[2], x[3] * scale[3]};
+    y[1] = (wide_lanes){x[4] * scale[4], x[5] * scale[5], 0, 0};
 }
 
 // block += push pull^T.
@@ -237,11 +273,11 @@ static inline void add_product(const wide_lanes push[2], const wide_lanes pull[2
     }
 }
 
-// What terms have of the blocks off the diagonal.
+// What terms have of the blocks off the diagonal that have changed.
 static void blend_terms(nmm_lumps *lumps, const nmm_coupling *coupling) {
     for (int half = 0; half < 2 * lumps->n_term; half++) {
         const int other = half ^ 1, i = lumps->half[half], j = lumps->half[other];
-        if (i < 0 || j < 0) continue;
+        if (i < 0 || j < 0 || !is_other(lumps->changed, i, j)) continue;
         float *block = j < i ? lumps->before_value : lumps->behind_value;
         wide_lanes push[2], pull[2];
         scale_half(coupling->push + 6 * (long)half, lumps->scale + 8 * (long)i, push);
@@ -254,7 +290,7 @@ static bool take(nmm_lumps *lumps, const nmm_bsr *K, const nmm_coupling *couplin
     for (int i = 0; i < lumps->n; i++) {
         if (take_diagonal(lumps, K, coupling, i)) continue;
         // The next time nothing is what it was.
-        memset(lumps->own, 0, 36 * (size_t)lumps->n * sizeof *lumps->own);
+        memset(lumps->scale, 0, 8 * (size_t)lumps->n * sizeof *lumps->scale);
         return false;
     }
     take_blocks(lumps, K);
