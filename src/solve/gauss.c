@@ -171,7 +171,7 @@ static float *narrow(double *x) {
 
 static void begin_lumps(const nmm_solver *s, nmm_gauss *g) {
     float *load = narrow(g->extra);
-    g->largest = nmm_lumps_load(&g->lumps, s->wide.r, load);
+    g->largest = nmm_lumps_fastest()->load(&g->lumps, s->wide.r, load);
     nmm_lumps_fastest()->begin(&g->lumps, load, narrow(g->basis));
 }
 
@@ -186,7 +186,7 @@ static void add_parts_lumps(const nmm_solver *s, nmm_gauss *g, const double *par
     float *sum = narrow(g->ahead), *t = narrow(g->t);
     kernels->combine(narrow(g->basis), m, 8 * (long)g->lumps.n, part, sum);
     kernels->backward(&g->lumps, sum, t);
-    nmm_lumps_add(&g->lumps, t, g->largest, s->wide.u);
+    kernels->add(&g->lumps, t, g->largest, s->wide.u);
 }
 
 // --- The iteration

@@ -197,31 +197,6 @@ nmm_status nmm_lumps_couple(nmm_context *context, nmm_lumps *lumps, const nmm_co
     return NMM_OK;
 }
 
-double nmm_lumps_load(const nmm_lumps *lumps, const double *x, float *y) {
-    double largest = 0;
-    for (int i = 0; i < lumps->n; i++)
-        for (int j = 0; j < 6; j++)
-            largest = nmm_max(
-                largest, fabs(lumps->scale[8 * (long)i + j] * x[6 * (long)lumps->order[i] + j]));
-    const double factor = largest > 0 ? 1 / largest : 0;
-    for (int i = 0; i < lumps->n; i++) {
-        const double *from = x + 6 * (long)lumps->order[i], *scale = lumps->scale + 8 * (long)i;
-        float *to = y + 8 * (long)i;
-        for (int j = 0; j < 6; j++)
-            to[j] = (float)(factor * (scale[j] * from[j]));
-        to[6] = to[7] = 0;
-    }
-    return largest;
-}
-
-void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double factor, double *x) {
-    for (int i = 0; i < lumps->n; i++) {
-        double *to = x + 6 * (long)lumps->order[i];
-        for (int j = 0; j < 6; j++)
-            to[j] += factor * (lumps->scale[8 * (long)i + j] * y[8 * (long)i + j]);
-    }
-}
-
 const nmm_lumps_kernels *nmm_lumps_fastest(void) {
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx512f")) return &nmm_lumps_avx512;

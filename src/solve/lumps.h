@@ -54,15 +54,14 @@ nmm_status nmm_lumps_find(nmm_context *context, nmm_lumps *lumps, const nmm_bsr 
 nmm_status nmm_lumps_couple(nmm_context *context, nmm_lumps *lumps, const nmm_coupling *coupling,
                             bool *fit);
 
-/// Forces x [n_row][2] over the largest of them, scaled, which is returned; and displacements y
-/// times a factor, added to x.
-double nmm_lumps_load(const nmm_lumps *lumps, const double *x, float *y);
-void nmm_lumps_add(const nmm_lumps *lumps, const float *y, double factor, double *x);
-
 typedef struct nmm_lumps_kernels {
     /// Takes the numbers, and those of the terms; false: a diagonal block is not positive definite,
     /// or one with terms has a pivot that is next to nothing.
     bool (*take)(nmm_lumps *lumps, const nmm_bsr *K, const nmm_coupling *coupling);
+    /// Forces x [n_row][2] over the largest of them, scaled, which is returned; and displacements y
+    /// times a factor, added to x.
+    double (*load)(const nmm_lumps *lumps, const double *x, float *y);
+    void (*add)(const nmm_lumps *lumps, const float *y, double factor, double *x);
     /// The residual of the matrix itself, wide.r = f - K u - extra.
     void (*residual)(const nmm_solver *solver, const double *extra);
     /// t = (D + U)^-1 D v.

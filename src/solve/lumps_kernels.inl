@@ -34,6 +34,7 @@ typedef float lanes_there __attribute__((vector_size(32), aligned(4), may_alias)
 #define LOAD(x) (*(const lanes_there *)(x))
 typedef float four_there __attribute__((vector_size(16), aligned(4), may_alias));
 #define FOUR(x) (*(four_there *)(x))
+#define FOUR_OF(x) (*(const four_there *)(x))
 // Four of float64; more at once the compiler would copy in halves, to wait for them.
 typedef double wide_there __attribute__((vector_size(32), aligned(8), may_alias));
 #define WIDE(x) (*(wide_there *)(x))
@@ -256,9 +257,9 @@ static void take_blocks(nmm_lumps *lumps, const nmm_bsr *K) {
     }
 }
 
-// Half of a term, scaled.
-static inline void scale_half(const double *x, const double *scale, wide_lanes y[2]) {
-    y[0] = (wide_lanes){x[0] * scale[0], x[1] * scale[1], x[2] * scale[2], x[3] * scale[3]};
+// Six numbers of a lump times its scales, and two zeros.
+static inline void scale_six(const double *x, const double *scale, wide_lanes y[2]) {
+    y[0] = LOAD_WIDE(x) * LOAD_WIDE(scale);
     y[1] = (wide_lanes){x[4] * scale[4], x[5] * scale[5], 0, 0};
 }
 
@@ -280,8 +281,8 @@ static void blend_terms(nmm_lumps *lumps, const nmm_coupling *coupling) {
         if (i < 0 || j < 0 || !is_other(lumps->changed, i, j)) continue;
         float *block = j < i ? lumps->before_value : lumps->behind_value;
         wide_lanes push[2], pull[2];
-        scale_half(coupling->push + 6 * (long)half, lumps->scale + 8 * (long)i, push);
-        scale_half(coupling->pull + 6 * (long)other, lumps->scale + 8 * (long)j, pull);
+        scale_six(coupling->push + 6 * (long)half, lumps->scale + 8 * (long)i, push);
+        scale_six(coupling->pull + 6 * (long)other, lumps->scale + 8 * (long)j, pull);
         add_product(push, pull, block + 48 * (long)lumps->cross[half]);
     }
 }
@@ -296,6 +297,46 @@ static bool take(nmm_lumps *lumps, const nmm_bsr *K, const nmm_coupling *couplin
     take_blocks(lumps, K);
     blend_terms(lumps, coupling);
     return true;
+}
+
+// --- Vectors
+
+// The sizes of x where they are larger than the numbers of most.
+static inline void take_larger(const wide_lanes *x, wide_lanes *most) {
+    const wide_lanes size = (wide_lanes)((wide_bits)*x & INT64_MAX);
+    const wide_bits is = size > *most;
+    *most = (wide_lanes)(((wide_bits)size & is) | ((wide_bits)*most & ~is));
+}
+
+static double load(const nmm_lumps *lumps, const double *x, float *y) {
+    wide_lanes most = {0};
+    for (int i = 0; i < lumps->n; i++) {
+        wide_lanes own[2];
+        scale_six(x + 6 * (long)lumps->order[i], lumps->scale + 8 * (long)i, own);
+        take_larger(&own[0], &most);
+        take_larger(&own[1], &most);
+    }
+    const double largest = nmm_max(nmm_max(most[0], most[1]), nmm_max(most[2], most[3]));
+    const double factor = largest > 0 ? 1 / largest : 0;
+    for (int i = 0; i < lumps->n; i++) {
+        wide_lanes own[2];
+        scale_six(x + 6 * (long)lumps->order[i], lumps->scale + 8 * (long)i, own);
+        FOUR(y + 8 * (long)i) = __builtin_convertvector(own[0] * factor, four_lanes);
+        FOUR(y + 8 * (long)i + 4) = __builtin_convertvector(own[1] * factor, four_lanes);
+    }
+    return largest;
+}
+
+static void add(const nmm_lumps *lumps, const float *y, double factor, double *x) {
+    for (int i = 0; i < lumps->n; i++) {
+        const double *scale = lumps->scale + 8 * (long)i;
+        const float *from = y + 8 * (long)i;
+        double *to = x + 6 * (long)lumps->order[i];
+        const wide_lanes four = __builtin_convertvector(FOUR_OF(from), wide_lanes);
+        WIDE(to) += factor * (LOAD_WIDE(scale) * four);
+        to[4] += factor * (scale[4] * from[4]);
+        to[5] += factor * (scale[5] * from[5]);
+    }
 }
 
 // The three rows of a lump have the same columns, in threes: each x serves three blocks. The same
@@ -466,6 +507,8 @@ static void combine(const float *basis, int m, long n, const double *part, float
 }
 
 const nmm_lumps_kernels KERNELS = {.take = take,
+                                   .load = load,
+                                   .add = add,
                                    .residual = residual,
                                    .backward = backward,
                                    .forward = forward,

@@ -280,11 +280,11 @@ static bool invert_block(const double *v, double *inverse) {
     return 0 * (inverse[0] + inverse[3]) == 0;
 }
 
-// Has a block an inverse for sure? Three divisions less; not told for numbers of extreme size.
+// Has a block an inverse for sure? Without divisions; not told for numbers of extreme size.
 static bool is_surely_positive(const double *v) {
-    const double pivot = v[3] - v[2] / v[0] * v[1];
-    const bool ordinary = v[0] > 1e-250 && v[0] < 1e250 && v[3] < 1e250 && pivot > 1e-250;
-    return ordinary && pivot > SINGULAR * v[3];
+    const double product = v[0] * v[3];
+    const bool ordinary = v[0] > 1e-120 && v[0] < 1e120 && v[3] > 1e-120 && v[3] < 1e120;
+    return ordinary && product - v[1] * v[2] > 2 * SINGULAR * product;
 }
 
 // Lowest troubled row of each kind; n_row: none.

@@ -96,7 +96,7 @@ static void solve_half(const fixture *x, bool lower, const double *b, double *re
 // Numbers of a vector of the lumps in the order of the matrix, and the other way.
 static void unload(const fixture *x, const float *from, double *to) {
     memset(to, 0, SIZE * sizeof *to);
-    nmm_lumps_add(&x->lumps, from, 1, to);
+    nmm_lumps_fastest()->add(&x->lumps, from, 1, to);
 }
 
 static void expect_near(const fixture *x, const double *a, const double *b) {
@@ -143,7 +143,7 @@ static void random_vector(const fixture *x, uint64_t seed, double *exact, float 
         const double s = x->lumps.scale[8 * x->lumps.place[i / 6] + i % 6];
         of_force[i] = exact[i] / (s * s);
     }
-    const double largest = nmm_lumps_load(&x->lumps, of_force, v);
+    const double largest = nmm_lumps_fastest()->load(&x->lumps, of_force, v);
     for (int i = 0; i < SIZE; i++)
         exact[i] /= largest;
 }
@@ -214,7 +214,7 @@ static void test_sweeps_are_those_of_the_matrix(void **unused) {
         unload(&x, y, found);
         expect_near(&x, found, expected);
         // y = (D + L)^-1 f
-        const double largest = nmm_lumps_load(&x.lumps, load, v);
+        const double largest = nmm_lumps_fastest()->load(&x.lumps, load, v);
         kernels->begin(&x.lumps, v, y);
         unload(&x, y, found);
         for (int i = 0; i < SIZE; i++)
