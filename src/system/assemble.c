@@ -137,9 +137,21 @@ static inline double *spring_of(const nmm_system *system, int p, int m) {
     return system->spring + nmm_spring_size(m) * (long)p;
 }
 
-// Held unknowns do not feel the spring of couple q.
-static void hold_spring(const nmm_system *system, const nmm_model *model, int q, double *spring) {
+// Is any unknown of couple q held?
+static bool is_held(const nmm_system *system, const nmm_model *model, int q) {
+    const int m = model->n_local, *element = system->couples.element + 2 * (long)q;
+    int held = 0;
+    for (int i = 0; i < m && system->fixed != NULL; i++) {
+        held |= system->fixed[model->element_cover[m * (long)element[0] + i]];
+        held |= system->fixed[model->element_cover[m * (long)element[1] + i]];
+    }
+    return held != 0;
+}
+
+// Held unknowns do not feel the spring at place p of couple q.
+static void hold_spring(const nmm_system *system, const nmm_model *model, int q, int p) {
     const int m = model->n_local;
+    double *spring = spring_of(system, p, m);
     for (int side = 0; side < 2; side++) {
         const int *cover = model->element_cover + m * (long)system->couples.element[2 * q + side];
         double *normal = spring + 2 * m * side, *shear = normal + 4 * m;
@@ -159,9 +171,8 @@ static bool slides(unsigned char mode) {
     return mode == NMM_SPRING_SLIDE || mode == NMM_SPRING_SLIDE_BACK;
 }
 
-// The spring at place p of the couples' order, of couple q, whose first element may be the edge's.
-static void make_spring(nmm_system *system, const nmm_model *model, const nmm_state *state, int q,
-                        int p) {
+// The spring at place p of the couples' order, whose couple's first element may be the edge's.
+static void make_spring(nmm_system *system, const nmm_model *model, const nmm_state *state, int p) {
     const int m = model->n_local, order = system->couples.order[p];
     double *spring = spring_of(system, p, m);
     const nmm_contact *contact = &state->contact[order / 2];
@@ -171,7 +182,6 @@ static void make_spring(nmm_system *system, const nmm_model *model, const nmm_st
     nmm_contact_derive(model, contact, &to);
     spring[8 * m] = contact->normal_stiffness;
     spring[8 * m + 1] = holds_shear(system->spring_mode[p]) ? contact->shear_stiffness : 0;
-    if (system->fixed != NULL) hold_spring(system, model, q, spring);
 }
 
 // What was to slide one way and slid the other is caught: a spring that holds its shear finds the
@@ -196,9 +206,12 @@ static unsigned char first_mode(const nmm_system *system, const nmm_model *model
 static void make_springs(nmm_system *system, const nmm_model *model, const nmm_state *state,
                          int q) {
     const nmm_couples *couples = &system->couples;
+    const bool held = is_held(system, model, q);
     for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
         system->spring_mode[p] = first_mode(system, model, state, p);
-        if (system->spring_mode[p] != NMM_SPRING_OPEN) make_spring(system, model, state, q, p);
+        if (system->spring_mode[p] == NMM_SPRING_OPEN) continue;
+        make_spring(system, model, state, p);
+        if (held) hold_spring(system, model, q, p);
     }
 }
 
@@ -342,7 +355,8 @@ static void follow_mode(nmm_system *system, const nmm_model *model, const nmm_st
     if (system->spring_mode[p] == NMM_SPRING_OPEN)
         now = NULL;
     else
-        make_spring(system, model, state, q, p);
+        make_spring(system, model, state, p);
+    if (now != NULL && is_held(system, model, q)) hold_spring(system, model, q, p);
     if (m == 3)
         change_spring(system, model, q, 3, before, now);
     else
