@@ -68,12 +68,6 @@ static double moment_of(const meeting *m, nmm_vec2 e) {
            (nmm_vec2_cross(m->begun, m->turned) + nmm_vec2_cross(m->moved, e));
 }
 
-double nmm_contact_way(const nmm_model *model, const nmm_state *state, const nmm_contact *c) {
-    const double *a = state->shift + 2 * (long)model->vertex_point[c->vertex];
-    const double *b = state->shift + 2 * (long)model->vertex_point[c->edge];
-    return nmm_max(nmm_max(fabs(a[0]), fabs(a[1])), nmm_max(fabs(b[0]), fabs(b[1])));
-}
-
 double nmm_contact_gap(const nmm_model *model, const nmm_state *state, int vertex, int edge) {
     const meeting m = meeting_of(model, state, vertex, edge);
     const nmm_vec2 e = nmm_vec2_add(m.along, m.turned);
