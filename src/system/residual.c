@@ -211,7 +211,7 @@ static bool only_touches(const nmm_system *system, const nmm_model *model, const
 // By its mode; what only touches is held, as any mode balances there and this one moves least.
 static nmm_spring_mode spring_mode_of(const nmm_system *system, const nmm_model *model,
                                       const nmm_contact *c) {
-    if (only_touches(system, model, c)) return NMM_SPRING_STICK;
+    if (c->mode == NMM_CONTACT_STICK || only_touches(system, model, c)) return NMM_SPRING_STICK;
     const bool back = c->mode == NMM_CONTACT_SLIDE && c->shear_force < 0;
     return back ? NMM_SPRING_SLIDE_BACK : (nmm_spring_mode)c->mode;
 }
@@ -245,21 +245,29 @@ static inline void add_ends(const nmm_system *system, int e, pair *start, pair *
     }
 }
 
-// Contact forces of each loop edge on the covers of its element, by the weights of its ends.
+// Contact forces of loop edge e on the m covers of its element, by the weights of its ends: a
+// constant m makes straight code of it.
+static inline void fill_edge(nmm_system *system, const nmm_model *model, int e, int m) {
+    const double *weight = model->edge_weight + 2 * m * (long)e;
+    double *force = system->edge_force + 2 * m * (long)e;
+    pair start = {0, 0}, end = {0, 0};
+    add_ends(system, e, &start, &end);
+    for (int i = 0; i < m; i++) {
+        const pair of_cover = weight[i] * start + weight[m + i] * end;
+        memcpy(force + 2 * i, &of_cover, sizeof of_cover);
+    }
+}
+
 static void edges_pass(nmm_system *system, const nmm_model *model, const nmm_items *list,
                        int n_thread) {
-    const int n = list != NULL ? list->n : model->n_vertex, m = model->n_local;
+    const int n = list != NULL ? list->n : model->n_vertex;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
     for (int i = 0; i < n; i++) {
         const int e = list != NULL ? list->item[i] : i;
-        const double *weight = model->edge_weight + 2 * m * (long)e;
-        double *force = system->edge_force + 2 * m * (long)e;
-        pair start = {0, 0}, end = {0, 0};
-        add_ends(system, e, &start, &end);
-        for (int k = 0; k < m; k++) {
-            const pair of_cover = weight[k] * start + weight[m + k] * end;
-            memcpy(force + 2 * k, &of_cover, sizeof of_cover);
-        }
+        if (model->order == 0)
+            fill_edge(system, model, e, 3);
+        else
+            fill_edge(system, model, e, model->n_local);
     }
 }
 
