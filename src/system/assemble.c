@@ -68,7 +68,7 @@ static void add_curved(nmm_system *system, const nmm_model *model, int c) {
     }
 }
 
-static void add_elements(nmm_system *system, const nmm_model *model, int c) {
+static inline void add_elements(nmm_system *system, const nmm_model *model, int c) {
     for (int k = model->cover_start[c]; k < model->cover_start[c + 1]; k++) {
         const int e = model->cover_element[k] / 3, i = model->cover_element[k] % 3;
         const int *slot = system->base_slot + 9 * (long)e + 3 * i;
@@ -91,14 +91,14 @@ static void add_supports(nmm_system *system, const nmm_model *model, int c) {
     }
 }
 
-static void base_row(nmm_system *system, const nmm_model *model, int c, double inertia) {
+static inline __attribute__((always_inline)) void
+base_row(nmm_system *system, const nmm_model *model, int c, double inertia, int m) {
     const int begin = system->base_start[c], end = system->base_start[c + 1];
     for (int k = begin; k < end; k++) {
-        const double m = inertia * system->base_mass[k];
         double *block = base_block(system, k);
-        block[0] = block[3] = m;
+        block[0] = block[3] = inertia * system->base_mass[k];
     }
-    if (model->order == 0)
+    if (m == 3)
         add_elements(system, model, c);
     else
         add_curved(system, model, c);
@@ -288,23 +288,6 @@ static inline __attribute__((always_inline)) void add_couples(const nmm_system *
     }
 }
 
-#if defined(__x86_64__)
-__attribute__((target("avx2"))) static void add_three_wide(const nmm_system *system, int c) {
-    add_couples(system, c, 3);
-}
-#endif
-
-// The same for linear functions; with AVX2 four numbers at once, and the same bits.
-static void add_three(const nmm_system *system, int c) {
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2")) {
-        add_three_wide(system, c);
-        return;
-    }
-#endif
-    add_couples(system, c, 3);
-}
-
 // Row i of couple q times the weights of its row and of its columns.
 static void weigh_row(const nmm_system *system, const nmm_model *model, int q, int i, int m,
                       double *row) {
@@ -392,16 +375,39 @@ static bool change_springs(nmm_system *system, const nmm_model *model, const nmm
 
 // --- All
 
-static void fill_row(nmm_system *system, const nmm_model *model, int c, double inertia) {
+static inline __attribute__((always_inline)) void
+fill_row(nmm_system *system, const nmm_model *model, int c, double inertia, int m) {
     const nmm_bsr *K = &system->K;
     const long begin = K->row_start[c], end = K->row_start[c + 1];
     memset(K->value + 4 * begin, 0, 4 * (size_t)(end - begin) * sizeof *K->value);
-    base_row(system, model, c, inertia);
+    base_row(system, model, c, inertia, m);
     if (system->fixed != NULL) remove_held(system, c);
+    add_couples(system, c, m);
+}
+
+static void fill_any(nmm_system *system, const nmm_model *model, int c, double inertia) {
     if (model->order == 0)
-        add_three(system, c);
+        fill_row(system, model, c, inertia, 3);
     else
-        add_couples(system, c, model->n_local);
+        fill_row(system, model, c, inertia, model->n_local);
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2"))) static void
+fill_three_wide(nmm_system *system, const nmm_model *model, int c, double inertia) {
+    fill_row(system, model, c, inertia, 3);
+}
+#endif
+
+// With AVX2 four numbers at once where functions are linear, and the same bits.
+static void fill(nmm_system *system, const nmm_model *model, int c, double inertia) {
+#if defined(__x86_64__)
+    if (model->order == 0 && __builtin_cpu_supports("avx2")) {
+        fill_three_wide(system, model, c, inertia);
+        return;
+    }
+#endif
+    fill_any(system, model, c, inertia);
 }
 
 static void make_all(const nmm_context *context, nmm_system *system, const nmm_model *model,
@@ -414,7 +420,7 @@ static void make_all(const nmm_context *context, nmm_system *system, const nmm_m
         make_springs(system, model, state, q);
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
     for (int c = 0; c < n; c++)
-        fill_row(system, model, c, inertia);
+        fill(system, model, c, inertia);
 }
 
 bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
