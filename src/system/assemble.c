@@ -207,12 +207,21 @@ static unsigned char first_mode(const nmm_system *system, const nmm_model *model
     return touches ? NMM_SPRING_SLIDE : NMM_SPRING_OPEN;
 }
 
+// Contacts of the couples that follow lie far apart: they are asked for before they are needed.
+static inline void fetch_contact(const nmm_system *system, const nmm_state *state, int p) {
+    const int at = nmm_min_int(p + 6, state->n_contact - 1);
+    const char *contact = (const char *)&state->contact[system->couples.order[at] / 2];
+    __builtin_prefetch(contact);
+    __builtin_prefetch(contact + 64);
+}
+
 // All springs of couple q.
 static void make_springs(nmm_system *system, const nmm_model *model, const nmm_state *state,
                          int q) {
     const nmm_couples *couples = &system->couples;
     const bool held = is_held(system, model, q);
     for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
+        fetch_contact(system, state, p);
         system->spring_mode[p] = first_mode(system, model, state, p);
         if (system->spring_mode[p] == NMM_SPRING_OPEN) continue;
         make_spring(system, model, state, p);
