@@ -5,7 +5,7 @@
 //
 //   (2/h^2 + 2 alpha/h) M d2 + K d2 = r,   r = f(t1) - f_int(d) - M (2 (d - d0)/h^2 - 2 v0/h) - ...
 //
-// Every row of matrix and residual is gathered by one thread in a fixed order: the same bits for
+// Every row of matrix and residual is added up by one thread in a fixed order: the same bits for
 // any number of threads.
 
 #ifndef NMM_SYSTEM_H
