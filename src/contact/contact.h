@@ -12,6 +12,8 @@
 
 #include "model.h"
 
+#include <math.h>
+
 typedef struct nmm_contact_options {
     double penalty; // normal stiffness per tributary length = penalty * E / h, E harmonic mean
     bool augmented; // carried forces follow the contact forces until nothing overlaps
@@ -110,7 +112,12 @@ double nmm_contact_give(const nmm_contact_search *search, const nmm_model *model
                         const nmm_state *state);
 
 /// How far its vertex or its edge has moved since the start [m]: gaps are differences of that.
-double nmm_contact_way(const nmm_model *model, const nmm_state *state, const nmm_contact *contact);
+static inline double nmm_contact_way(const nmm_model *model, const nmm_state *state,
+                                     const nmm_contact *contact) {
+    const double *a = state->shift + 2 * (long)model->vertex_point[contact->vertex];
+    const double *b = state->shift + 2 * (long)model->vertex_point[contact->edge];
+    return nmm_max(nmm_max(fabs(a[0]), fabs(a[1])), nmm_max(fabs(b[0]), fabs(b[1])));
+}
 
 /// Augmented contact: what the rounding of displacements is in the stiffest spring, over the
 /// largest force.

@@ -70,6 +70,7 @@ nmm_status nmm_contact_open(nmm_context *context, const nmm_model *model,
     number_sides(s, model);
     s->middle = middle_of(model);
     TRY(nmm_allocate(context, &s->built_at, 2 * n, sizeof(double)));
+    TRY(nmm_allocate(context, &s->rests_at, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &s->bucket_start, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->bucket_pairs, (size_t)s->n_bucket + 1, sizeof(int)));
     TRY(nmm_allocate(context, &s->box, n, sizeof(nmm_box)));
@@ -85,6 +86,7 @@ void nmm_contact_close(nmm_context *context, nmm_contact_search **search) {
     nmm_release(context, &s->joint_side);
     nmm_release(context, &s->table);
     nmm_release(context, &s->built_at);
+    nmm_release(context, &s->rests_at);
     nmm_release(context, &s->pair);
     nmm_release(context, &s->shared);
     nmm_release(context, &s->bucket_start);

@@ -8,6 +8,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #define AT_LIMIT (1 - 1e-9)
 
@@ -66,12 +67,6 @@ static meeting meeting_of(const nmm_model *model, const nmm_state *state, int ve
 static double moment_of(const meeting *m, nmm_vec2 e) {
     return nmm_vec2_cross(m->begun, m->along) +
            (nmm_vec2_cross(m->begun, m->turned) + nmm_vec2_cross(m->moved, e));
-}
-
-double nmm_contact_way(const nmm_model *model, const nmm_state *state, const nmm_contact *c) {
-    const double *a = state->shift + 2 * (long)model->vertex_point[c->vertex];
-    const double *b = state->shift + 2 * (long)model->vertex_point[c->edge];
-    return nmm_max(nmm_max(fabs(a[0]), fabs(a[1])), nmm_max(fabs(b[0]), fabs(b[1])));
 }
 
 double nmm_contact_gap(const nmm_model *model, const nmm_state *state, int vertex, int edge) {
@@ -190,29 +185,31 @@ static frame frame_evaluated(const nmm_contact *c) {
                    .turn = c->per_edge * c->gap};
 }
 
+// Both components at once.
+typedef double pair __attribute__((vector_size(16)));
+
+static inline void put_pair(double *to, pair value) {
+    memcpy(to, &value, sizeof value);
+}
+
 // For elements with m functions; a constant m makes straight code of it.
 static inline void derive(const nmm_model *model, const nmm_contact *contact, const frame *f, int m,
                           const nmm_derivatives *to) {
     const double a = f->foot, b = contact->anchor;
     const double *wv = model->edge_weight + 2 * m * (long)contact->vertex;
     const double *we = model->edge_weight + 2 * m * (long)contact->edge;
-    double *normal = to->normal[0], *normal_edge = to->normal[1];
-    double *shear = to->shear[0], *shear_edge = to->shear[1];
+    const pair n = {f->n.x, f->n.y}, t = {f->t.x, f->t.y};
     for (int i = 0; i < m; i++) {
         const double at_vertex = wv[i], at_start = we[i], at_end = we[m + i];
-        normal[2 * i] = at_vertex * f->n.x;
-        normal[2 * i + 1] = at_vertex * f->n.y;
-        shear[2 * i] = at_vertex * f->t.x;
-        shear[2 * i + 1] = at_vertex * f->t.y;
+        put_pair(to->normal[0] + 2 * i, at_vertex * n);
+        put_pair(to->shear[0] + 2 * i, at_vertex * t);
         // d gap = n . (dp0 - (1 - a) dp1 - a dp2): exact, the turn of n included.
         const double at_foot = (1 - a) * at_start + a * at_end;
-        normal_edge[2 * i] = -at_foot * f->n.x;
-        normal_edge[2 * i + 1] = -at_foot * f->n.y;
+        put_pair(to->normal[1] + 2 * i, -at_foot * n);
         // d slip = t . (dp0 - (1 - b) dp1 - b dp2) + g/L n . (dp2 - dp1), b the anchor.
         const double at_anchor = (1 - b) * at_start + b * at_end;
         const double turned = f->turn * (at_end - at_start);
-        shear_edge[2 * i] = -at_anchor * f->t.x + turned * f->n.x;
-        shear_edge[2 * i + 1] = -at_anchor * f->t.y + turned * f->n.y;
+        put_pair(to->shear[1] + 2 * i, -at_anchor * t + turned * n);
     }
 }
 

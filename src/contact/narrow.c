@@ -24,9 +24,31 @@ static void narrow_chunk(nmm_contact_search *search, const nmm_narrowing *all, i
     now.room = search->raw_first[c + 1] - search->raw_first[c];
     const int end = nmm_min_int((c + 1) * NMM_PAIR_CHUNK, search->n_pair);
     for (int k = c * NMM_PAIR_CHUNK; k < end; k++) {
-        if (still_near(&now, search->pair[k])) nmm_touch(&now, search->pair[k]);
+        const nmm_edge_pair pair = search->pair[k];
+        if (!pair.rests && still_near(&now, pair)) nmm_touch(&now, pair);
     }
     search->raw_count[c] = now.n;
+}
+
+// Most pairs of a corner bring nothing, step after step: which of them rest is asked again when a
+// vertex has moved on, or contacts are listed from further away.
+static void let_rest(nmm_context *context, nmm_contact_search *search, const nmm_narrowing *now) {
+    const nmm_model *model = now->model;
+    const double way = NMM_REST * model->size;
+    if (search->rests_for >= now->near &&
+        nmm_largest_motion(model, now->state, search->rests_at) <= way) {
+        return;
+    }
+    search->rests_for = now->near + way;
+    for (int v = 0; v < model->n_vertex; v++) {
+        const nmm_vec2 p = now->line[v].p;
+        search->rests_at[2 * (long)v] = p.x;
+        search->rests_at[2 * (long)v + 1] = p.y;
+    }
+    const int n = search->n_pair, n_thread = context->n_thread;
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
+    for (int k = 0; k < n; k++)
+        search->pair[k].rests = nmm_touch_rests(now, search->pair[k], search->rests_for, way);
 }
 
 // Has every chunk had room? Sums the counts.
@@ -235,6 +257,7 @@ static void lengthen_short_sides(const nmm_contact_search *search, const nmm_mod
 nmm_status nmm_narrow(nmm_context *context, nmm_contact_search *search, const nmm_narrowing *now,
                       int *n_raw) {
     const int n_vertex = now->model->n_vertex;
+    let_rest(context, search, now);
     TRY(narrow_all(context, search, now, n_raw));
     TRY(sort_raw(context, search, n_vertex, *n_raw));
     // Merge within each vertex and close the ranks.

@@ -188,7 +188,7 @@ static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *mo
             if (cell_of(nmm_max(first->low.y, second->low.y), size) != one->iy) continue;
             if (!nmm_edges_can_meet(model, one->edge, two->edge)) continue;
             if (never_touch(search, model, one->edge, two->edge)) continue;
-            if (out != NULL) out[n] = (nmm_edge_pair){one->edge, two->edge, -1};
+            if (out != NULL) out[n] = (nmm_edge_pair){one->edge, two->edge, -1, false};
             n += 1;
         }
     }
@@ -262,12 +262,11 @@ nmm_status nmm_pairs_number(nmm_context *context, nmm_contact_search *search) {
 
 // --- When they are made anew
 
-static double largest_motion(const nmm_contact_search *search, const nmm_model *model,
-                             const nmm_state *state) {
+double nmm_largest_motion(const nmm_model *model, const nmm_state *state, const double *from) {
     double largest = 0;
     for (int v = 0; v < model->n_vertex; v++) {
         const nmm_vec2 p = nmm_vertex_place(model, state, v);
-        const double x = p.x - search->built_at[2 * v], y = p.y - search->built_at[2 * v + 1];
+        const double x = p.x - from[2 * (long)v], y = p.y - from[2 * (long)v + 1];
         largest = nmm_max(largest, x * x + y * y);
     }
     return sqrt(largest);
@@ -279,12 +278,13 @@ nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
     // Pairs that reach far too far, as those of the first step do, cost more than new ones.
     const bool lavish = search->built_for > 1.5 * wish;
     if (search->started && !lavish &&
-        reach + 2 * largest_motion(search, model, state) <= search->built_for) {
+        reach + 2 * nmm_largest_motion(model, state, search->built_at) <= search->built_for) {
         return NMM_OK;
     }
     const int n = model->n_vertex, n_thread = context->n_thread;
     search->built_for = wish;
     search->n_chunk = 0;
+    search->rests_for = 0;
     for (int v = 0; v < n; v++) {
         const nmm_vec2 p = nmm_vertex_place(model, state, v);
         search->built_at[2 * v] = p.x;

@@ -16,6 +16,7 @@
 #define NMM_SAME 1e-4   // of two vertices nearer than this the one that was listed stays
 #define NMM_CORNER 0.5  // tributary length of a corner
 #define NMM_DEEPEST 0.5 // overlap that is still a contact with history
+#define NMM_REST 0.001  // motion up to which pairs of edges rest
 /// Sine of an angle that rounding may turn over.
 #define NMM_EQUAL 1e-6
 /// Sines of angles between edges: blend from edge-edge to corner.
@@ -28,8 +29,9 @@
 #define NMM_IN_LINE 0.5 // 60 degrees
 
 typedef struct nmm_edge_pair {
-    int a, b;  // a < b
-    int sides; // number of the pair of sides whose springs may be lengthened, -1: none
+    int a, b;   // a < b
+    int sides;  // number of the pair of sides whose springs may be lengthened, -1: none
+    bool rests; // nothing comes of it until something has moved on
 } nmm_edge_pair;
 
 /// A contact before history.
@@ -122,6 +124,8 @@ struct nmm_contact_search {
 
     int n_pair, pair_capacity;
     nmm_edge_pair *pair; // near edges
+    double rests_for;    // [m] distance up to which it is known which of them rest; 0: of none
+    double *rests_at;    // [n_vertex][2] positions when that was found
     int n_sides, sides_capacity;
     double *shared; // [n_sides] [m] what two sides share
 
@@ -153,6 +157,9 @@ struct nmm_contact_search {
 nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
                             const nmm_model *model, const nmm_state *state, double reach);
 
+/// Largest way of a vertex from the places `from` [n_vertex][2] to now [m].
+double nmm_largest_motion(const nmm_model *model, const nmm_state *state, const double *from);
+
 /// Numbers the pairs of sides that the pairs of edges are of.
 nmm_status nmm_pairs_number(nmm_context *context, nmm_contact_search *search);
 
@@ -165,6 +172,11 @@ bool nmm_edges_can_meet(const nmm_model *model, int a, int b);
 
 /// Raw contacts of one pair of edges.
 void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair);
+
+/// Is it certain that nothing comes of a pair while contacts are listed up to the distance `near`
+/// and no vertex moves by more than `way` from where it is now [m]? Of two blocks, edges that are
+/// far from parallel: no sides that face each other, and one corner only.
+bool nmm_touch_rests(const nmm_narrowing *now, nmm_edge_pair pair, double near, double way);
 
 /// The contact of the last list that (vertex, edge) goes on from: its own; else a closed one that
 /// the vertex left, on a neighbouring edge; else a closed one that the other side's vertex at the

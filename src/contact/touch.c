@@ -318,3 +318,47 @@ void nmm_touch(nmm_narrowing *now, nmm_edge_pair pair) {
     const bool same = now->model->vertex_block[away] == now->model->vertex_block[other];
     if (!slanted || same) corners_of(now, other, away);
 }
+
+// --- Rest
+
+// Angle by which two edges turn against each other, at most, while their ends move by `way`:
+// asin x <= 1.6 x.
+static double most_turn(const nmm_edge_line *a, const nmm_edge_line *b, double way) {
+    return 3.2 * way * (1 / a->length + 1 / b->length);
+}
+
+static bool stays_parallel(const nmm_edge_line *f, const nmm_edge_line *e, double way) {
+    return fabs(nmm_vec2_cross(f->t, e->t)) < NMM_PARALLEL - most_turn(f, e, way) &&
+           nmm_vec2_dot(f->t, e->t) < -0.5;
+}
+
+static bool stays_away(nmm_vec2 place, const nmm_edge_line *e, double distance) {
+    const nmm_vec2 off = nmm_vec2_sub(place, e->p);
+    const double part = nmm_max(0, nmm_min(e->length, nmm_vec2_dot(off, e->t)));
+    const nmm_vec2 rest = nmm_vec2_sub(off, nmm_vec2_scale(part, e->t));
+    return nmm_vec2_dot(rest, rest) > distance * distance;
+}
+
+// Stays a vertex not admissible on e? Or further away than a corner may be: as far beyond the end
+// as it is above or below.
+static bool corner_rests(const nmm_narrowing *now, int vertex, const nmm_edge_line *e, double near,
+                         double way) {
+    const nmm_edge_line *out = line_of(now, vertex);
+    const nmm_edge_line *in = line_of(now, now->model->vertex_prev[vertex]);
+    if (stays_away(out->p, e, 1.5 * near + 2 * way)) return true;
+    // An edge this short may be passed over, or no more.
+    if (in->length <= NMM_TINY * now->model->size + 4 * way) return false;
+    return stays_parallel(out, e, way) || stays_parallel(in, e, way) ||
+           nmm_vec2_dot(out->t, e->n) < -NMM_SLANTED - most_turn(out, e, way) ||
+           nmm_vec2_dot(in->t, e->n) > NMM_SLANTED + most_turn(in, e, way);
+}
+
+bool nmm_touch_rests(const nmm_narrowing *now, nmm_edge_pair pair, double near, double way) {
+    const int *block = now->model->vertex_block;
+    if (block[pair.a] == block[pair.b]) return false;
+    const nmm_edge_line *a = line_of(now, pair.a), *b = line_of(now, pair.b);
+    const double turn = nmm_vec2_cross(a->t, b->t);
+    if (!(fabs(turn) > NMM_SLANTED + most_turn(a, b, way))) return false;
+    return turn < 0 ? corner_rests(now, pair.b, a, near, way)
+                    : corner_rests(now, pair.a, b, near, way);
+}

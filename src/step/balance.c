@@ -178,7 +178,10 @@ static void add_covers(nmm_balance *balance, const nmm_system *system, const nmm
 }
 
 static void add_blocks(nmm_balance *balance, double tolerance) {
-    memset(balance->whole, 0, (size_t)balance->n_block * sizeof *balance->whole);
+    for (int b = 0; b < balance->n_block; b++) {
+        nmm_balance_sums *whole = &balance->whole[b];
+        whole->force = whole->left = whole->rounding = whole->allowed = 0;
+    }
     for (int b = 0; b < balance->n_block; b++) {
         nmm_balance_sums *whole = &balance->whole[balance->group[b]];
         whole->force += balance->block[b].force;

@@ -164,9 +164,15 @@ static double worst_balance(nmm_sim *sim, double h) {
     return nmm_balance_worst(&sim->balance, &sim->system, &sim->model, sim->settings.tolerance);
 }
 
+// Is rounding something beside what may be left of the forces?
+static bool is_clouded(const nmm_sim *sim) {
+    return nmm_balance_clouded(&sim->balance, NMM_ROUNDED * sim->settings.tolerance, 1);
+}
+
 // Weights of the blocks, for all passes of a try.
-static void weigh_blocks(nmm_sim *sim, double h) {
+static void weigh_blocks(nmm_sim *sim, passes *p, double h) {
     worst_balance(sim, h);
+    p->clouded = is_clouded(sim);
     nmm_balance_weigh(&sim->balance, sim->settings.stop != NMM_STOP_AVERAGE_CHANGE);
 }
 
@@ -229,7 +235,7 @@ static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
     nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
-    if (p->n == 0) weigh_blocks(sim, h);
+    if (p->n == 0) weigh_blocks(sim, p, h);
     if (anew) nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     guess_change(sim, h, p->n);
@@ -295,11 +301,13 @@ static bool adds_up(const nmm_sim *sim) {
 }
 
 // What rounding leaves changes little from pass to pass: where it is next to nothing beside what is
-// allowed it is looked at now and then.
+// allowed it is looked at now and then. Before the first pass it is known where the motion is to
+// lead; and after carried forces were raised passes begin anew.
 static void round_balance(nmm_sim *sim, passes *p, double h) {
-    if (p->n > 1 && p->n % NMM_ROUND_AGAIN != 0 && !p->clouded) return;
+    const bool foreseen = p->n > 1 || (motion_goes_on(sim) && p->raised == 0);
+    if (foreseen && p->n % NMM_ROUND_AGAIN != 0 && !p->clouded) return;
     round_forces(sim, h);
-    p->clouded = nmm_balance_clouded(&sim->balance, NMM_ROUNDED * sim->settings.tolerance, 1);
+    p->clouded = is_clouded(sim);
 }
 
 // Unbalanced forces of a first pass along the motion do work step by step, which adds up in the

@@ -375,10 +375,11 @@ static void place_couple(nmm_system *system, const nmm_model *model, int q) {
 static nmm_status allocate_forces(nmm_context *context, nmm_system *system,
                                   const nmm_model *model) {
     const size_t n_vertex = (size_t)model->n_vertex, n = (size_t)model->n_cover;
+    const size_t of_edge = 2 * (size_t)model->n_local;
     if (system->edge_force != NULL) return NMM_OK;
     TRY(nmm_allocate(context, &system->contact_force, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &system->caught, 2 * n, sizeof(double)));
-    return nmm_allocate(context, &system->edge_force, 4 * n_vertex, sizeof(double));
+    return nmm_allocate(context, &system->edge_force, of_edge * n_vertex, sizeof(double));
 }
 
 static nmm_status grow_springs(nmm_context *context, nmm_system *system, const nmm_model *model,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Residual of one pass, exact at the configuration it is asked for. First the forces of each
-// element, support and contact, in parallel; contact forces are gathered by loop edge, on its two
-// ends; then every row adds up its own, in a fixed order. Equations (4.x) of docs/theory/4-time.md.
+// element, support and contact, in parallel; contact forces are gathered by loop edge, on the
+// covers of its element; then every row adds up its own, in a fixed order. Equations (4.x) of
+// docs/theory/4-time.md.
 
 #include "system.h"
 
@@ -210,7 +211,7 @@ static bool only_touches(const nmm_system *system, const nmm_model *model, const
 // By its mode; what only touches is held, as any mode balances there and this one moves least.
 static nmm_spring_mode spring_mode_of(const nmm_system *system, const nmm_model *model,
                                       const nmm_contact *c) {
-    if (only_touches(system, model, c)) return NMM_SPRING_STICK;
+    if (c->mode == NMM_CONTACT_STICK || only_touches(system, model, c)) return NMM_SPRING_STICK;
     const bool back = c->mode == NMM_CONTACT_SLIDE && c->shear_force < 0;
     return back ? NMM_SPRING_SLIDE_BACK : (nmm_spring_mode)c->mode;
 }
@@ -232,25 +233,41 @@ static void contacts_pass(nmm_system *system, const nmm_model *model, const nmm_
     }
 }
 
-// Forces on the ends of each loop edge: of its start as a vertex, and of its own contacts.
+// Forces on the ends of loop edge e: of its start as a vertex, and of its own contacts.
+static inline void add_ends(const nmm_system *system, int e, pair *start, pair *end) {
+    const nmm_couples *couples = &system->couples;
+    for (int k = couples->vertex_start[e]; k < couples->vertex_start[e + 1]; k++)
+        add_part(start, 1, system->pull + 6 * (long)k);
+    for (int p = couples->edge_start[e]; p < couples->edge_start[e + 1]; p++) {
+        const double *of_edge = system->pull + 6 * (long)couples->by_edge[p] + 2;
+        add_part(start, 1, of_edge);
+        add_part(end, 1, of_edge + 2);
+    }
+}
+
+// Contact forces of loop edge e on the m covers of its element, by the weights of its ends: a
+// constant m makes straight code of it.
+static inline void fill_edge(nmm_system *system, const nmm_model *model, int e, int m) {
+    const double *weight = model->edge_weight + 2 * m * (long)e;
+    double *force = system->edge_force + 2 * m * (long)e;
+    pair start = {0, 0}, end = {0, 0};
+    add_ends(system, e, &start, &end);
+    for (int i = 0; i < m; i++) {
+        const pair of_cover = weight[i] * start + weight[m + i] * end;
+        memcpy(force + 2 * i, &of_cover, sizeof of_cover);
+    }
+}
+
 static void edges_pass(nmm_system *system, const nmm_model *model, const nmm_items *list,
                        int n_thread) {
-    const nmm_couples *couples = &system->couples;
     const int n = list != NULL ? list->n : model->n_vertex;
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 4096)
     for (int i = 0; i < n; i++) {
         const int e = list != NULL ? list->item[i] : i;
-        const double *pull = system->pull;
-        pair start = {0, 0}, end = {0, 0};
-        for (int k = couples->vertex_start[e]; k < couples->vertex_start[e + 1]; k++)
-            add_part(&start, 1, pull + 6 * (long)k);
-        for (int p = couples->edge_start[e]; p < couples->edge_start[e + 1]; p++) {
-            const double *of_edge = pull + 6 * (long)couples->by_edge[p] + 2;
-            add_part(&start, 1, of_edge);
-            add_part(&end, 1, of_edge + 2);
-        }
-        memcpy(system->edge_force + 4 * (long)e, &start, sizeof start);
-        memcpy(system->edge_force + 4 * (long)e + 2, &end, sizeof end);
+        if (model->order == 0)
+            fill_edge(system, model, e, 3);
+        else
+            fill_edge(system, model, e, model->n_local);
     }
 }
 
@@ -276,18 +293,9 @@ static inline void add_supports(const nmm_system *system, const nmm_model *model
     }
 }
 
-// Of elements with m functions: a constant m is quick to divide by.
-static inline void add_contacts(const nmm_system *system, const nmm_model *model, int c, int m,
-                                pair *force) {
-    for (int k = system->edge_start[c]; k < system->edge_start[c + 1]; k++) {
-        const int e = system->cover_edge[k] / m, i = system->cover_edge[k] % m;
-        const double *weight = model->edge_weight + 2 * m * (long)e;
-        const double *end = system->edge_force + 4 * (long)e;
-        pair of_edge = {0, 0};
-        add_part(&of_edge, weight[i], end);
-        add_part(&of_edge, weight[m + i], end + 2);
-        *force += of_edge;
-    }
+static inline void add_contacts(const nmm_system *system, int c, pair *force) {
+    for (int k = system->edge_start[c]; k < system->edge_start[c + 1]; k++)
+        add_part(force, 1, system->edge_force + 2 * (long)system->cover_edge[k]);
 }
 
 static void add_row(nmm_system *system, const nmm_model *model, int c) {
@@ -295,10 +303,7 @@ static void add_row(nmm_system *system, const nmm_model *model, int c) {
     add_inner(system, model, c, &inner);
     add_inertia(system, c, &inertia);
     add_supports(system, model, c, &support);
-    if (system->couples.n > 0 && model->order == 0)
-        add_contacts(system, model, c, 3, &contact);
-    else if (system->couples.n > 0)
-        add_contacts(system, model, c, model->n_local, &contact);
+    if (system->couples.n > 0) add_contacts(system, c, &contact);
     memcpy(&load, system->load + 2 * (long)c, sizeof load);
     const pair sum = load - inner - inertia + support + contact;
     const pair squares =

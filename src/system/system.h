@@ -5,7 +5,7 @@
 //
 //   (2/h^2 + 2 alpha/h) M d2 + K d2 = r,   r = f(t1) - f_int(d) - M (2 (d - d0)/h^2 - 2 v0/h) - ...
 //
-// Every row of matrix and residual is gathered by one thread in a fixed order: the same bits for
+// Every row of matrix and residual is added up by one thread in a fixed order: the same bits for
 // any number of threads.
 
 #ifndef NMM_SYSTEM_H
@@ -100,8 +100,9 @@ typedef struct nmm_system {
     unsigned char *mode;   // [n_contact] nmm_spring_mode that is asked for, by couple
     const double *allowed; // [n_block] N that the balance may leave of a block; held: 0
     double *pull;          // [n_contact][3][2] N on the vertex and on the ends of the edge
-    double *edge_force;    // [n_vertex][2][2] N, contact forces on the ends of a loop edge; NULL:
-    double *contact_force; // [n_cover][2] N       no contact so far
+    double *edge_force;    // [n_vertex][n_local][2] N, contact forces of a loop edge on the covers
+                           // of its element; NULL: no contact so far
+    double *contact_force; // [n_cover][2] N; NULL likewise
     double *scale;         // [n_cover] N2: squares of the forces in a row
 
     // Of the matrix.

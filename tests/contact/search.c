@@ -62,7 +62,7 @@ static void check_pairs(const bodies *b, double reach) {
     nmm_edge_pair *pair = calloc((size_t)s->n_pair + 1, sizeof *pair);
     memcpy(pair, s->pair, (size_t)s->n_pair * sizeof *pair);
     for (int k = 0; k < s->n_pair; k++) {
-        if (pair[k].a > pair[k].b) pair[k] = (nmm_edge_pair){pair[k].b, pair[k].a, -1};
+        if (pair[k].a > pair[k].b) pair[k] = (nmm_edge_pair){pair[k].b, pair[k].a, -1, false};
     }
     qsort(pair, (size_t)s->n_pair, sizeof *pair, compare_pairs);
     for (int k = 0; k + 1 < s->n_pair; k++)
@@ -71,7 +71,7 @@ static void check_pairs(const bodies *b, double reach) {
         for (int e = 0; e < b->model.n_vertex; e++) {
             if (b->model.vertex_block[v] == b->model.vertex_block[e]) continue;
             if (distance(b, v, e) > reach) continue;
-            const nmm_edge_pair wanted = {nmm_min_int(v, e), nmm_max_int(v, e), -1};
+            const nmm_edge_pair wanted = {nmm_min_int(v, e), nmm_max_int(v, e), -1, false};
             assert_non_null(bsearch(&wanted, pair, (size_t)s->n_pair, sizeof *pair, compare_pairs));
         }
     }
@@ -205,7 +205,7 @@ static void step_drifting(bodies *b, const heap *h, const drift *d, int k, doubl
 }
 
 // Puts all pairs of edges into the place of those of the grid, as if found right now and for the
-// same distance as another index.
+// same distance as another index. None of them rests.
 static void take_all_pairs(bodies *b, const bodies *other) {
     nmm_contact_search *s = b->search;
     const int n = b->model.n_vertex, most = n * (n - 1) / 2;
@@ -217,27 +217,37 @@ static void take_all_pairs(bodies *b, const bodies *other) {
     for (int e = 0; e < n; e++) {
         for (int k = e + 1; k < n; k++)
             if (nmm_edges_can_meet(&b->model, e, k))
-                s->pair[s->n_pair++] = (nmm_edge_pair){e, k, -1};
+                s->pair[s->n_pair++] = (nmm_edge_pair){e, k, -1, false};
     }
     assert_int_equal(nmm_pairs_number(&b->context, s), NMM_OK);
     for (int v = 0; v < n; v++) {
         const nmm_vec2 place = nmm_vertex_place(&b->model, &b->state, v);
-        s->built_at[2 * v] = place.x;
-        s->built_at[2 * v + 1] = place.y;
+        s->built_at[2 * v] = s->rests_at[2 * v] = place.x;
+        s->built_at[2 * v + 1] = s->rests_at[2 * v + 1] = place.y;
     }
+    s->rests_for = INFINITY;
+}
+
+static int count_resting(const bodies *b) {
+    int n = 0;
+    for (int k = 0; k < b->search->n_pair; k++)
+        n += b->search->pair[k].rests;
+    return n;
 }
 
 // An index that serves several steps, at different numbers of threads, against all pairs in each.
-static void check_against_all_pairs(const heap *h, const drift *d, int least_contacts) {
-    enum { STEPS = 60 };
+// Returns how many of its pairs rested, over all steps.
+static long check_against_all_pairs(const heap *h, const drift *d, int steps, int least_contacts) {
     bodies reused = open_heap(h, 0.3, 1), shared = open_heap(h, 0.3, 3);
     bodies all = open_heap(h, 0.3, 1);
     int kept = 0, n_most = 0, n_all = -1;
-    for (int k = 0; k < STEPS; k++) {
+    long resting = 0;
+    for (int k = 0; k < steps; k++) {
         const double at = reused.search->built_at[1];
         step_drifting(&reused, h, d, k, 0.03);
         step_drifting(&shared, h, d, k, 0.03);
         kept += reused.search->built_at[1] == at;
+        resting += count_resting(&reused);
         // The first step makes an index in any case.
         put_drifting(&all, h, d, k);
         if (k > 0) take_all_pairs(&all, &reused);
@@ -249,10 +259,11 @@ static void check_against_all_pairs(const heap *h, const drift *d, int least_con
         assert_same_lists(&shared, &all);
     }
     assert_true(n_most >= least_contacts);
-    assert_in_range(kept, STEPS / 4, STEPS - 1);
+    assert_in_range(kept, steps / 4, steps - 1);
     bodies_close(&reused);
     bodies_close(&shared);
     bodies_close(&all);
+    return resting;
 }
 
 static void test_heap_against_all_pairs(void **unused) {
@@ -265,7 +276,7 @@ static void test_heap_against_all_pairs(void **unused) {
         for (int i = 0; i < 3; i++)
             d.v[k][i] = 0.008 * (nmm_random_unit(&random) - 0.5);
     }
-    check_against_all_pairs(&h, &d, 30);
+    check_against_all_pairs(&h, &d, 60, 30);
 }
 
 // Couples of boxes that come straight at each other, all at one speed and from distances up to
@@ -284,7 +295,47 @@ static void test_couples_against_all_pairs(void **unused) {
         h.loops[k] = (loop){k, 4, h.corner[k]};
         d.v[k][1] = (0.5 - side) * 0.002;
     }
-    check_against_all_pairs(&h, &d, 2 * COUPLES);
+    check_against_all_pairs(&h, &d, 60, 2 * COUPLES);
+}
+
+// Boxes of a stack that slowly turn and part, so that pairs rest for several steps: sides that
+// were parallel are not any more, and corners come down on them.
+static void test_slow_against_all_pairs(void **unused) {
+    (void)unused;
+    enum { COLUMNS = 3, ROWS = 3, STEPS = 400 };
+    static heap h;
+    static drift d;
+    h.n = COLUMNS * ROWS;
+    nmm_random random = nmm_random_seed(12);
+    for (int k = 0; k < h.n; k++) {
+        const double x = k % COLUMNS + 0.5 * (k / COLUMNS % 2), y = k / COLUMNS;
+        const nmm_vec2 box[4] = BOX(x, y, x + 1, y + 1);
+        memcpy(h.corner[k], box, sizeof box);
+        h.loops[k] = (loop){k, 4, h.corner[k]};
+        for (int i = 0; i < 3; i++)
+            d.v[k][i] = 4e-4 * (nmm_random_unit(&random) - 0.5);
+    }
+    const long resting = check_against_all_pairs(&h, &d, STEPS, 20);
+    assert_true(resting > 10L * STEPS);
+}
+
+// What rests at one reach is asked again at a larger one, with nothing moved.
+static void test_larger_reach(void **unused) {
+    (void)unused;
+    const nmm_vec2 below[4] = BOX(0, 0, 1, 1);
+    const nmm_vec2 above[4] = {{0.5, 1.02}, {1, 1.52}, {0.5, 2.02}, {0, 1.52}};
+    const loop loops[] = {{0, 4, below}, {1, 4, above}};
+    bodies b = {.context.n_thread = 1};
+    assert_int_equal(bodies_open(&b, 2, loops, 0.3), NMM_OK);
+    for (int k = 0; k < 3; k++)
+        bodies_find(&b, 0.01);
+    assert_int_equal(b.state.n_contact, 0);
+    assert_true(b.search->n_pair > 0 && count_resting(&b) == b.search->n_pair);
+    const double built_for = b.search->built_for;
+    bodies_find(&b, 0.025);
+    assert_int_equal(b.state.n_contact, 1);
+    assert_true(b.search->built_for == built_for);
+    bodies_close(&b);
 }
 
 // Sorted by vertex, then edge, without repetition; vertex and edge of different places.
@@ -455,6 +506,8 @@ int main(void) {
         cmocka_unit_test(test_reused_or_new_index),
         cmocka_unit_test(test_heap_against_all_pairs),
         cmocka_unit_test(test_couples_against_all_pairs),
+        cmocka_unit_test(test_slow_against_all_pairs),
+        cmocka_unit_test(test_larger_reach),
         cmocka_unit_test(test_sorted),
         cmocka_unit_test(test_allocation_failures),
         cmocka_unit_test(test_no_allocation_in_a_steady_loop),

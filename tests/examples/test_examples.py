@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Runs an example and checks the numbers that its README promises.
 
-    python3 test_examples.py NMM EXAMPLE_FOLDER [--quick]
+    python3 test_examples.py NMM EXAMPLE_FOLDER [--quick | --large]
 
 The README holds one table whose head is `| run | quantity | expected | source |`:
 
@@ -12,7 +12,9 @@ The README holds one table whose head is `| run | quantity | expected | source |
 
 Each run is also checked for what holds always: it completes, all numbers are finite, the ledger
 closes to 1e-6 of its largest term, nothing that can only be lost is gained. --quick takes a few
-steps of each run, for builds in which every step is slow, and checks only that.
+steps of each run, for builds in which every step is slow, and checks only that. --large makes the
+run as given with the size of covers that the text names last, and expects the same of it, but for
+quantities that the table has for that size alone; these are checked only so.
 
 Of the text around the table these are checked where a page has them: `The scene has N unknowns`,
 `` `--set covers.size=X` gives M `` and that a few steps run with it (not with --quick), and the time
@@ -123,6 +125,15 @@ def sizes_of(page):
     return re.findall(r"`--set (covers\.size=[\d.]+)` gives (\d+)", page)
 
 
+def rows_of(table, words, size=None):
+    """What the table expects of a run: (quantity, expected); of a run with another size where the
+    table names the size, else as of the run without it."""
+    rows = {q: expected for run, q, expected in table if run == words}
+    if size is not None:
+        rows |= rows_of(table, f"--set {size}")
+    return rows
+
+
 def promises(program, folder):
     """What the text says beside the table; yields (what, is it so?)."""
     path = os.path.join(folder, "scene.yaml")
@@ -148,47 +159,66 @@ def pictures_of(folder):
     return sorted({"picture.png", *shown, *(["before.png"] if of_paper else [])})
 
 
-def check(program, folder, quick):
-    table = read_table(os.path.join(folder, "README.md"))
-    failed = 0
+class Checks:
+    """Prints what is checked, and counts what failed."""
 
-    def tell(what, good):
-        nonlocal failed
-        failed += not good
+    def __init__(self):
+        self.failed = 0
+
+    def tell(self, what, good):
+        self.failed += not good
         print(f"{'ok    ' if good else 'FAILED'} {what}")
 
-    for name in pictures_of(folder):
-        picture = os.path.join(folder, name)
-        tell(f"{name} is there and small",
-             os.path.exists(picture) and 0 < os.path.getsize(picture) < PICTURE)
-    tell("a bound on the penetration is promised",
-         ("as given", "max_penetration") in [row[:2] for row in table])
-    for what, good in promises(program, folder):
-        tell(what, good)
-    with open(os.path.join(folder, "README.md"), encoding="utf-8") as file:
-        sizes = [] if quick else sizes_of(file.read())
-    for setting, _ in sizes:
-        result = run(program, os.path.join(folder, "scene.yaml"), ["--set", setting], True)
-        print(f"\n{setting}, four steps:")
-        for what, good in always(result) if result else [("a result", False)]:
-            tell(what, good)
-    for words in dict.fromkeys(row[0] for row in table):
-        options = [] if words == "as given" else shlex.split(words)
-        result = run(program, os.path.join(folder, "scene.yaml"), options, quick)
+    def check_run(self, name, result, rows):
+        """What holds always of a run, and its rows of the table."""
         if result is None:
-            tell(f"{words}: no result", False)
-            continue
-        print(f"\n{words}: {result['unknowns']} unknowns, {result['steps']} steps, "
+            self.tell(f"{name}: no result", False)
+            return
+        print(f"\n{name}: {result['unknowns']} unknowns, {result['steps']} steps, "
               f"{result['wall_seconds']:.1f} s")
         for what, good in always(result):
-            tell(what, good)
-        for _, quantity, expected in (row for row in table if row[0] == words and not quick):
+            self.tell(what, good)
+        for quantity, expected in rows.items():
             value = look_up(result, quantity)
-            tell(f"{quantity} = {value}, expected {expected}", is_met(value, expected))
-    return failed
+            self.tell(f"{quantity} = {value}, expected {expected}", is_met(value, expected))
+
+
+def check_page(program, folder, checks):
+    """Pictures, and what the text says."""
+    for name in pictures_of(folder):
+        picture = os.path.join(folder, name)
+        checks.tell(f"{name} is there and small",
+                    os.path.exists(picture) and 0 < os.path.getsize(picture) < PICTURE)
+    for what, good in promises(program, folder):
+        checks.tell(what, good)
+
+
+def check(program, folder, how):
+    """how: None, "--quick" or "--large"; returns how many failed."""
+    readme, scene = os.path.join(folder, "README.md"), os.path.join(folder, "scene.yaml")
+    table = read_table(readme)
+    with open(readme, encoding="utf-8") as file:
+        sizes = [setting for setting, _ in sizes_of(file.read())]
+    checks = Checks()
+    if how == "--large":
+        result = run(program, scene, ["--set", sizes[-1]], False)
+        checks.check_run(sizes[-1], result, rows_of(table, "as given", sizes[-1]))
+        return checks.failed
+    check_page(program, folder, checks)
+    checks.tell("a bound on the penetration is promised",
+                "max_penetration" in rows_of(table, "as given"))
+    quick = how == "--quick"
+    for setting in [] if quick else sizes:
+        checks.check_run(f"{setting}, four steps", run(program, scene, ["--set", setting], True), {})
+    large = [f"--set {setting}" for setting in sizes[-1:]]
+    for words in dict.fromkeys(run for run, _, _ in table if run not in large):
+        options = [] if words == "as given" else shlex.split(words)
+        rows = {} if quick else rows_of(table, words)
+        checks.check_run(words, run(program, scene, options, quick), rows)
+    return checks.failed
 
 
 if __name__ == "__main__":
-    failures = check(sys.argv[1], sys.argv[2], "--quick" in sys.argv[3:])
+    failures = check(*sys.argv[1:3], sys.argv[3] if len(sys.argv) > 3 else None)
     print(f"\n{failures} failed")
     sys.exit(failures > 0)

@@ -19,6 +19,20 @@ const char *const SCENE_BLOCK_ON_BASE =
     "  - {block: base, fix: xy}\n"
     "time: {dt: 1e-3, end: 1}\n";
 
+const char *const SCENE_BLOCK_ON_BED =
+    "nmm: 1\n"
+    "blocks:\n"
+    "  - {name: bed, polygon: [[-2, -1], [4, -1], [4, 0], [-2, 0]]}\n"
+    "  - {name: top, polygon: [[0, 0], [1.1, 0], [1.1, 0.9], [0, 0.9]]}\n"
+    "materials:\n"
+    "  rock: {density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.25}\n"
+    "interfaces:\n"
+    "  joint: {friction_angle: 30}\n"
+    "covers: {size: 0.7}\n"
+    "supports:\n"
+    "  - {segment: [[-2, -1], [4, -1]], fix: xy}\n"
+    "time: {dt: 1e-3, end: 1}\n";
+
 const char *const SCENE_FALL =
     "nmm: 1\n"
     "blocks:\n"

@@ -9,6 +9,8 @@
 
 /// A block on a held base, friction 30 degrees, at rest.
 extern const char *const SCENE_BLOCK_ON_BASE;
+/// The same on a block that only its bottom edge holds: springs move both.
+extern const char *const SCENE_BLOCK_ON_BED;
 /// One block that falls: no contact, no support.
 extern const char *const SCENE_FALL;
 /// A column on a supported bottom edge, gravity as initial stress.
