@@ -201,6 +201,12 @@ static double excess(double left, double allowed) {
     return quotient == quotient ? quotient : INFINITY;
 }
 
+// The larger of `worst` and that excess; most are far below, and need no root.
+static double worse(double worst, double left, double allowed) {
+    if (left < square(worst * allowed)) return worst;
+    return nmm_max(worst, excess(left, allowed));
+}
+
 double nmm_balance_allowed(const nmm_balance *balance, int b, double tolerance) {
     const nmm_balance_sums *block = &balance->block[b];
     const int first = balance->group[b];
@@ -220,10 +226,9 @@ double nmm_balance_worst_of(nmm_balance *balance, const nmm_system *system, cons
     for (int b = 0; b < balance->n_block; b++) {
         const nmm_balance_sums *whole = &balance->whole[b];
         balance->allowed[b] = nmm_balance_allowed(balance, b, tolerance);
-        const double of_block = excess(balance->block[b].left, balance->allowed[b]);
+        worst = worse(worst, balance->block[b].left, balance->allowed[b]);
         // Of the group that begins here.
-        const double of_group = balance->group[b] == b ? excess(whole->left, whole->allowed) : 0;
-        worst = nmm_max(worst, nmm_max(of_block, of_group));
+        if (balance->group[b] == b) worst = worse(worst, whole->left, whole->allowed);
     }
     return worst;
 }
