@@ -84,11 +84,11 @@ def show_contact(result):
 
 
 def show_wall(result):
-    keys = ("blocks", "unknowns", "contacts", "steps", "passes", "step_ms", "first_steps_ms",
-            "contact_ms", "assembly_ms", "solver_ms", "public_dda_ms", "part_of_public_dda")
+    keys = ("blocks", "unknowns", "contacts", "steps", "passes", "step_ms", "first_step_ms",
+            "next_steps_ms", "contact_ms", "assembly_ms", "solver_ms", "public_dda_ms", "part_of_public_dda")
     return table(["blocks", "unknowns", "contacts", "balance", "steps", "passes", "ms a step",
-                  "of the first steps", "contact", "assembly", "solver", "public DDA",
-                  "part of it"],
+                  "the first one", "the next nine", "contact", "assembly", "solver",
+                  "public DDA", "part of it"],
                  [[*(number(r[k]) for k in keys[:3]), f"{r['balance']:.0e}",
                    *(number(r[k]) for k in keys[3:])] for r in result["rows"]])
 

@@ -228,6 +228,15 @@ static void static_scenes_are_left_out_of_table1(void **unused) {
     nmm_bench_destroy(bench);
 }
 
+// Of two first steps, of a quick wall, one is the very first.
+static void assert_first_steps(const nmm_bench *bench, int row) {
+    const double first = number(bench, row, "first_step_ms");
+    const double next = number(bench, row, "next_steps_ms");
+    const double mean = number(bench, row, "first_steps_ms");
+    assert_true(first > 0 && next > 0);
+    assert_near(0.5 * (first + next), mean, 1e-9 * mean);
+}
+
 // Every number that is there is a number, and positive where it is a time.
 static void walls_are_measured(void **unused) {
     (void)unused;
@@ -244,6 +253,7 @@ static void walls_are_measured(void **unused) {
             assert_true(number(bench, row, "contacts") > 0);
             assert_true(number(bench, row, "step_ms") > 0);
             assert_near(number(bench, row, "threads"), 1, 0);
+            if (b == 1) assert_first_steps(bench, row);
             if (row == 0) continue;
             const double before = number(bench, row - 1, "blocks");
             // The wall is measured twice at each size.
