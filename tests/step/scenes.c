@@ -5,33 +5,24 @@
 #include "scenes.h"
 #include "test.h"
 
-const char *const SCENE_BLOCK_ON_BASE =
-    "nmm: 1\n"
-    "blocks:\n"
-    "  - {name: base, polygon: [[-2, -1], [4, -1], [4, 0], [-2, 0]]}\n"
-    "  - {name: top, polygon: [[0, 0], [1.1, 0], [1.1, 0.9], [0, 0.9]]}\n"
-    "materials:\n"
-    "  rock: {density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.25}\n"
-    "interfaces:\n"
-    "  joint: {friction_angle: 30}\n"
-    "covers: {size: 0.7}\n"
-    "supports:\n"
-    "  - {block: base, fix: xy}\n"
-    "time: {dt: 1e-3, end: 1}\n";
+// A block on one below it, named and held as told.
+#define BLOCK_ON(below, support)                                                                   \
+    "nmm: 1\n"                                                                                     \
+    "blocks:\n"                                                                                    \
+    "  - {name: " below ", polygon: [[-2, -1], [4, -1], [4, 0], [-2, 0]]}\n"                       \
+    "  - {name: top, polygon: [[0, 0], [1.1, 0], [1.1, 0.9], [0, 0.9]]}\n"                         \
+    "materials:\n"                                                                                 \
+    "  rock: {density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.25}\n"                         \
+    "interfaces:\n"                                                                                \
+    "  joint: {friction_angle: 30}\n"                                                              \
+    "covers: {size: 0.7}\n"                                                                        \
+    "supports:\n"                                                                                  \
+    "  - {" support ", fix: xy}\n"                                                                 \
+    "time: {dt: 1e-3, end: 1}\n"
 
-const char *const SCENE_BLOCK_ON_BED =
-    "nmm: 1\n"
-    "blocks:\n"
-    "  - {name: bed, polygon: [[-2, -1], [4, -1], [4, 0], [-2, 0]]}\n"
-    "  - {name: top, polygon: [[0, 0], [1.1, 0], [1.1, 0.9], [0, 0.9]]}\n"
-    "materials:\n"
-    "  rock: {density: 2500, youngs_modulus: 1e9, poissons_ratio: 0.25}\n"
-    "interfaces:\n"
-    "  joint: {friction_angle: 30}\n"
-    "covers: {size: 0.7}\n"
-    "supports:\n"
-    "  - {segment: [[-2, -1], [4, -1]], fix: xy}\n"
-    "time: {dt: 1e-3, end: 1}\n";
+const char *const SCENE_BLOCK_ON_BASE = BLOCK_ON("base", "block: base");
+
+const char *const SCENE_BLOCK_ON_BED = BLOCK_ON("bed", "segment: [[-2, -1], [4, -1]]");
 
 const char *const SCENE_FALL =
     "nmm: 1\n"
