@@ -128,17 +128,14 @@ static void add_gaps(nmm_balance *balance, const nmm_model *model, const nmm_sta
 
 void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                        const nmm_state *state, double h, double reach) {
-    const nmm_bsr *K = &system->K;
     const double per_step = 2 / h, per_square = 0.5 * h * h;
     for (int b = 0; b < balance->n_block; b++) {
         nmm_balance_sums *sums = &balance->block[b];
         sums->rounding = sums->gaps = sums->load = sums->moved = 0;
     }
-    for (int c = 0; c < K->n_row; c++) {
+    for (int c = 0; c < model->n_cover; c++) {
         if (system->fixed != NULL && system->fixed[c] == 3) continue;
-        const double *block = K->value + 4 * (long)K->diagonal[c];
-        const double own = system->weight != NULL ? system->weight[model->cover_block[c]] : 1;
-        const double unweighted = system->weight != NULL ? 1 / (own * own) : 1;
+        const double *stiffness = system->diagonal + 2 * (long)c;
         const double *d = state->displacement + 2 * (long)c;
         const double *v = state->velocity + 2 * (long)c;
         const double *load = system->load + 2 * (long)c;
@@ -148,8 +145,8 @@ void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm
         const double fall = mass > 0 ? per_square / mass : 0;
         const double mx = nmm_min(h * fabs(v[0]) + fall * fabs(load[0]), reach);
         const double my = nmm_min(h * fabs(v[1]) + fall * fabs(load[1]), reach);
-        const double x = unweighted * block[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);
-        const double y = unweighted * block[3] * (fabs(d[1]) + my) + inertia * fabs(v[1]);
+        const double x = stiffness[0] * (fabs(d[0]) + mx) + inertia * fabs(v[0]);
+        const double y = stiffness[1] * (fabs(d[1]) + my) + inertia * fabs(v[1]);
         nmm_balance_sums *sums = &balance->block[model->cover_block[c]];
         sums->rounding += x * x + y * y;
         sums->load += square(load[0]) + square(load[1]);
@@ -317,20 +314,8 @@ double nmm_balance_limit(const nmm_balance *balance) {
     return least < INFINITY ? least : 0;
 }
 
-// The matrix made anew, times the weights of row and column; nmm_system_assemble keeps them.
-void nmm_balance_weigh_matrix(const nmm_balance *balance, nmm_system *system,
-                              const nmm_model *model) {
-    const nmm_bsr *K = &system->K;
-    system->weight = balance->weighted ? balance->weight : NULL;
-    for (int c = 0; c < K->n_row && balance->weighted; c++) {
-        const double own = balance->weight[model->cover_block[c]];
-        for (int k = K->row_start[c]; k < K->row_start[c + 1]; k++) {
-            const double weight = own * balance->weight[model->cover_block[K->col[k]]];
-            double *block = K->value + 4 * (long)k;
-            for (int i = 0; i < 4; i++)
-                block[i] *= weight;
-        }
-    }
+const double *nmm_balance_weights(const nmm_balance *balance) {
+    return balance->weighted ? balance->weight : NULL;
 }
 
 // Times the weights, the change the other way; or back.

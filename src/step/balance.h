@@ -50,7 +50,7 @@ void nmm_balance_close(nmm_context *context, nmm_balance *balance);
 /// A step begins: groups of blocks that the contacts join, which the couples are those of.
 void nmm_balance_group(nmm_balance *balance, const nmm_couples *couples, const nmm_model *model);
 
-/// What rounding leaves of the forces, at the matrix just made. The step's length is `h`, no point
+/// What rounding leaves of the forces, at the last matrix. The step's length is `h`, no point
 /// is meant to go further than `reach` [m]; velocities are those of its start.
 void nmm_balance_round(nmm_balance *balance, const nmm_system *system, const nmm_model *model,
                        const nmm_state *state, double h, double reach);
@@ -91,9 +91,8 @@ double nmm_balance_norm(const nmm_balance *balance, const nmm_system *system,
 /// The norm of what a linear solve may leave, weighted, so that no block has more than allowed [N].
 double nmm_balance_limit(const nmm_balance *balance);
 
-/// The matrix made anew, weighted; it stays so over the passes of a try.
-void nmm_balance_weigh_matrix(const nmm_balance *balance, nmm_system *system,
-                              const nmm_model *model);
+/// Those of the blocks [n_block]; NULL: none are wanted or worth it.
+const double *nmm_balance_weights(const nmm_balance *balance);
 
 /// A coupling made anew, weighted.
 void nmm_balance_weigh_coupling(const nmm_balance *balance, nmm_coupling *coupling,

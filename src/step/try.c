@@ -142,13 +142,11 @@ static nmm_solve_options solve_options(const nmm_sim *sim, const passes *p) {
 static void guess_change(nmm_sim *sim, double h, int pass) {
     double *change = sim->system.change;
     const bool guessed = pass == 0 && !motion_goes_on(sim);
-    for (int i = 0; i < 2 * sim->model.n_cover; i++) {
+    const unsigned char *fixed = sim->system.fixed;
+    for (int i = 0; i < 2 * sim->model.n_cover; i++)
         change[i] = guessed ? h * sim->state.velocity[i] : 0;
-    }
-    if (sim->system.fixed == NULL) return;
-    for (int i = 0; i < 2 * sim->model.n_cover; i++) {
-        if (sim->system.fixed[i / 2] >> i % 2 & 1) change[i] = 0;
-    }
+    for (int i = 0; i < 2 * sim->model.n_cover && guessed && fixed != NULL; i++)
+        if (fixed[i / 2] >> i % 2 & 1) change[i] = 0;
 }
 
 // What rounding leaves follows from the places reached, and from those to be reached where steps
@@ -234,9 +232,13 @@ static void swap_caught(nmm_system *system) {
 static nmm_status solve_pass(nmm_sim *sim, passes *p, double h, bool anew,
                              nmm_solve_report *report) {
     nmm_system *system = &sim->system;
-    nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, anew);
-    if (p->n == 0) weigh_blocks(sim, p, h);
-    if (anew) nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
+    if (anew) {
+        nmm_system_prepare(&sim->context, system, &sim->model, &sim->state, h);
+        if (p->n == 0) weigh_blocks(sim, p, h);
+        nmm_system_assemble(&sim->context, system, &sim->model, nmm_balance_weights(&sim->balance));
+    } else {
+        nmm_system_follow(system, &sim->model, &sim->state);
+    }
     nmm_sim_clock(sim, &sim->summary.phase_seconds.assemble);
     guess_change(sim, h, p->n);
     const bool caught = nmm_system_catch(system, &sim->model, &sim->state);

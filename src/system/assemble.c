@@ -3,9 +3,10 @@
 // Matrix of one pass: a Newton matrix, which need not be that of the very place. Elements, inertia
 // and supports are added up once and kept, by entry of the constant pattern; each contact is kept
 // as a spring, frozen when its mode was last another one. To make all of it, rows gather from
-// elements, then couples add their springs in a fixed order; between, only springs whose contacts
-// changed mode are taken out and put in. What that leaves behind by rounding goes with the next
-// full matrix, at the start of a step at the latest. Equations (4.x) of docs/theory/4-time.md.
+// elements, and their diagonal tells how blocks are to be weighted; then couples add their springs
+// in a fixed order; between, only springs whose contacts changed mode are taken out and put in.
+// What that leaves behind by rounding goes with the next full matrix, at the start of a step at the
+// latest. Equations (4.x) of docs/theory/4-time.md.
 
 #include "system.h"
 
@@ -215,6 +216,13 @@ static inline void fetch_contact(const nmm_system *system, const nmm_state *stat
     __builtin_prefetch(contact + 64);
 }
 
+// The couple of place p, from couple q on.
+static inline int couple_of(const nmm_couples *couples, int q, int p) {
+    while (couples->start[q + 1] <= p)
+        q += 1;
+    return q;
+}
+
 // All springs of couple q.
 static void make_springs(nmm_system *system, const nmm_model *model, const nmm_state *state,
                          int q) {
@@ -234,7 +242,18 @@ typedef struct springs {
     const double *spring;      // [n][nmm_spring_size]
     const unsigned char *mode; // [n]
     int n;
+    double weight[2]; // of the rows and columns of either element
 } springs;
+
+// Some springs of couple q.
+static inline springs springs_of(const nmm_system *system, const nmm_model *model, int q,
+                                 const double *spring, const unsigned char *mode, int n) {
+    springs all = {spring, mode, n, {1, 1}};
+    const int *element = system->couples.element + 2 * (long)q;
+    for (int side = 0; side < 2 && system->weight != NULL; side++)
+        all.weight[side] = system->weight[model->element_block[element[side]]];
+    return all;
+}
 
 static inline void add_block(const nmm_system *system, int slot, const four *sum) {
     double *block = system->K.value + 4 * (long)slot;
@@ -244,12 +263,14 @@ static inline void add_block(const nmm_system *system, int slot, const four *sum
     memcpy(block, &old, sizeof old);
 }
 
-// Adds the closed springs to the blocks (i, j) and (j, i) of couple q, j >= i, in the rows that are
-// `inside`; NULL: in all. K is symmetric: each block is computed once. Sums stay in registers where
-// m and i are constants.
+// Adds the closed springs, weighted, to the blocks (i, j) and (j, i) of couple q, j >= i, in the
+// rows that are `inside`; NULL: in all. K is symmetric: each block is computed once. Sums stay in
+// registers where m and i are constants.
 static inline __attribute__((always_inline)) void
 add_cover(const nmm_system *system, int q, const springs *from, int i, int m, const bool *inside) {
     const int *slot = system->couples.slot + 4 * m * m * (long)q;
+    const double own = from->weight[i / m];
+    const double weight[2] = {own * from->weight[0], own * from->weight[1]};
     four sum[2 * NMM_MOST_LOCAL];
     for (int j = i; j < 2 * m; j++)
         sum[j] = (four){0, 0, 0, 0};
@@ -267,6 +288,7 @@ add_cover(const nmm_system *system, int q, const springs *from, int i, int m, co
     }
     sum[i] = __builtin_shufflevector(sum[i], sum[i], 0, 1, 1, 3);
     for (int j = i; j < 2 * m; j++) {
+        sum[j] *= weight[j / m];
         const four turned = __builtin_shufflevector(sum[j], sum[j], 0, 2, 1, 3);
         if (inside == NULL || inside[i]) add_block(system, slot[2 * m * i + j], &sum[j]);
         if (j > i && (inside == NULL || inside[j])) add_block(system, slot[2 * m * j + i], &turned);
@@ -308,14 +330,42 @@ static int find_inside(const nmm_system *system, const nmm_model *model, int q, 
     return n;
 }
 
+// The couples that may have covers among some rows: from the first one up to the last.
+static range couples_of(const nmm_couples *couples, const nmm_model *model, range rows) {
+    const int n_side = 2 * model->n_local;
+    range of = {couples->n, 0};
+    for (int c = rows.first; c < rows.end; c++) {
+        const int begin = couples->cover_start[c], end = couples->cover_start[c + 1];
+        if (begin == end) continue;
+        of.first = nmm_min_int(of.first, couples->cover_couple[begin] / n_side);
+        of.end = nmm_max_int(of.end, couples->cover_couple[end - 1] / n_side + 1);
+    }
+    return of;
+}
+
+// Times the weights of row and column.
+static void weigh_rows(const nmm_system *system, const nmm_model *model, range rows) {
+    for (int c = rows.first; c < rows.end && system->weight != NULL; c++) {
+        const double own = system->weight[model->cover_block[c]];
+        for (int k = system->base_start[c]; k < system->base_start[c + 1]; k++) {
+            const double weight = own * system->weight[model->cover_block[system->base_col[k]]];
+            double *block = base_block(system, k);
+            for (int i = 0; i < 4; i++)
+                block[i] *= weight;
+        }
+    }
+}
+
 // Adds all couples to some rows, couple by couple.
 static inline __attribute__((always_inline)) void
 add_couples(const nmm_system *system, const nmm_model *model, range rows, int m) {
     const int *start = system->couples.start;
     const bool all = rows.first == 0 && rows.end == model->n_cover;
-    for (int q = 0; q < system->couples.n; q++) {
-        const springs from = {spring_of(system, start[q], m), system->spring_mode + start[q],
-                              start[q + 1] - start[q]};
+    const range couples =
+        all ? (range){0, system->couples.n} : couples_of(&system->couples, model, rows);
+    for (int q = couples.first; q < couples.end; q++) {
+        const springs from = springs_of(system, model, q, spring_of(system, start[q], m),
+                                        system->spring_mode + start[q], start[q + 1] - start[q]);
         bool inside[2 * NMM_MOST_LOCAL];
         if (all_open(&from)) continue;
         const int n = all ? 2 * m : find_inside(system, model, q, rows, inside);
@@ -324,13 +374,6 @@ add_couples(const nmm_system *system, const nmm_model *model, range rows, int m)
         else if (n > 0)
             add_springs(system, q, &from, m, inside);
     }
-}
-
-// A spring of couple q times the weights of its covers, as rows and columns of K are.
-static void weigh_spring(const nmm_system *system, const nmm_model *model, int q, double *spring) {
-    const int m = model->n_local, *element = system->couples.element + 2 * (long)q;
-    for (int i = 0; i < 8 * m; i++)
-        spring[i] *= system->weight[model->element_block[element[i / (2 * m) % 2]]];
 }
 
 // Blocks of couple q in the matrix lie far apart: they are asked for before they are needed.
@@ -343,14 +386,12 @@ static inline void fetch_blocks(const nmm_system *system, int q, int m) {
     }
 }
 
-// A copy of the spring at place p of couple q, `sign` times, as K has it.
-static void copy_spring(const nmm_system *system, const nmm_model *model, int q, int p, double sign,
-                        double *to) {
-    const int m = model->n_local, size = nmm_spring_size(m);
+// A copy of the spring at place p, `sign` times.
+static void copy_spring(const nmm_system *system, int p, int m, double sign, double *to) {
+    const int size = nmm_spring_size(m);
     memcpy(to, spring_of(system, p, m), (size_t)size * sizeof *to);
     to[8 * m] *= sign;
     to[8 * m + 1] *= sign;
-    if (system->weight != NULL) weigh_spring(system, model, q, to);
 }
 
 // The spring at place p of couple q becomes one of the mode that is asked for: the one before is
@@ -362,14 +403,14 @@ static void follow_mode(nmm_system *system, const nmm_model *model, const nmm_st
     const unsigned char mode[2] = {before, now};
     double change[2 * (8 * NMM_MOST_LOCAL + 2)];
     fetch_blocks(system, q, m);
-    if (before != NMM_SPRING_OPEN) copy_spring(system, model, q, p, -1, change);
+    if (before != NMM_SPRING_OPEN) copy_spring(system, p, m, -1, change);
     system->spring_mode[p] = now;
     if (now != NMM_SPRING_OPEN) {
         make_spring(system, model, state, p);
         if (is_held(system, model, q)) hold_spring(system, model, q, p);
-        copy_spring(system, model, q, p, 1, change + nmm_spring_size(m));
+        copy_spring(system, p, m, 1, change + nmm_spring_size(m));
     }
-    const springs both = {change, mode, 2};
+    const springs both = springs_of(system, model, q, change, mode, 2);
     if (m == 3)
         add_springs(system, q, &both, 3, NULL);
     else
@@ -390,13 +431,11 @@ static int next_other(const unsigned char *a, const unsigned char *b, int i, int
 }
 
 // Serial: few change, and two of them may meet in one block.
-static bool change_springs(nmm_system *system, const nmm_model *model, const nmm_state *state) {
-    const nmm_couples *couples = &system->couples;
+bool nmm_system_follow(nmm_system *system, const nmm_model *model, const nmm_state *state) {
     const int n = state->n_contact;
     bool changed = false;
     for (int p = 0, q = 0; (p = next_other(system->mode, system->spring_mode, p, n)) < n; p++) {
-        while (couples->start[q + 1] <= p)
-            q += 1;
+        q = couple_of(&system->couples, q, p);
         follow_mode(system, model, state, q, p);
         changed = true;
     }
@@ -405,64 +444,69 @@ static bool change_springs(nmm_system *system, const nmm_model *model, const nmm
 
 // --- All
 
+// Row c without springs.
 static inline __attribute__((always_inline)) void
-fill_rows(nmm_system *system, const nmm_model *model, range rows, double inertia, int m) {
+begin_row(nmm_system *system, const nmm_model *model, int c, double inertia, int m) {
     const nmm_bsr *K = &system->K;
-    for (int c = rows.first; c < rows.end; c++) {
-        const long begin = K->row_start[c], end = K->row_start[c + 1];
-        memset(K->value + 4 * begin, 0, 4 * (size_t)(end - begin) * sizeof *K->value);
-        base_row(system, model, c, inertia, m);
-        if (system->fixed != NULL) remove_held(system, c);
-    }
-    add_couples(system, model, rows, m);
+    const long begin = K->row_start[c], end = K->row_start[c + 1];
+    memset(K->value + 4 * begin, 0, 4 * (size_t)(end - begin) * sizeof *K->value);
+    base_row(system, model, c, inertia, m);
+    if (system->fixed != NULL) remove_held(system, c);
+    const double *block = K->value + 4 * (long)K->diagonal[c];
+    system->diagonal[2 * (long)c] = block[0];
+    system->diagonal[2 * (long)c + 1] = block[3];
 }
 
-#if defined(__x86_64__)
-__attribute__((target("avx2"))) static void
-fill_three_wide(nmm_system *system, const nmm_model *model, range rows, double inertia) {
-    fill_rows(system, model, rows, inertia, 3);
-}
-#endif
-
-// With AVX2 four numbers at once where functions are linear, and the same bits.
-static void fill(nmm_system *system, const nmm_model *model, range rows, double inertia) {
-#if defined(__x86_64__)
-    if (model->order == 0 && __builtin_cpu_supports("avx2")) {
-        fill_three_wide(system, model, rows, inertia);
-        return;
-    }
-#endif
-    if (model->order == 0)
-        fill_rows(system, model, rows, inertia, 3);
-    else
-        fill_rows(system, model, rows, inertia, model->n_local);
-}
-
-static void make_all(const nmm_context *context, nmm_system *system, const nmm_model *model,
-                     const nmm_state *state, double h) {
+void nmm_system_prepare(const nmm_context *context, nmm_system *system, const nmm_model *model,
+                        const nmm_state *state, double h) {
     const int n_thread = context->n_thread, n = model->n_cover, n_couple = system->couples.n;
     const double inertia = 2 / (h * h) + 2 * system->damping / h;
     stiffness_pass(system, model, state, n_thread);
 #pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n_couple > 1024)
     for (int q = 0; q < n_couple; q++)
         make_springs(system, model, state, q);
-    // Each thread goes over all couples and adds to its own rows.
-    const int n_part = n > 2048 ? n_thread : 1;
-#pragma omp parallel for num_threads(n_part) schedule(static) if (n_part > 1)
-    for (int k = 0; k < n_part; k++) {
-        const range part = {(int)((long)n * k / n_part), (int)((long)n * (k + 1) / n_part)};
-        fill(system, model, part, inertia);
+#pragma omp parallel for num_threads(n_thread) schedule(static) if (n_thread > 1 && n > 2048)
+    for (int c = 0; c < n; c++) {
+        if (model->order == 0)
+            begin_row(system, model, c, inertia, 3);
+        else
+            begin_row(system, model, c, inertia, model->n_local);
     }
+    system->pressed = false;
 }
 
-bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
-                         const nmm_state *state, double h, bool anew) {
-    if (!anew && system->made) return change_springs(system, model, state);
-    make_all(context, system, model, state, h);
-    system->weight = NULL;
-    system->made = true;
-    system->pressed = false;
-    return true;
+#if defined(__x86_64__)
+__attribute__((target("avx2"))) static void add_three_wide(const nmm_system *system,
+                                                           const nmm_model *model, range rows) {
+    add_couples(system, model, rows, 3);
+}
+#endif
+
+// With AVX2 four numbers at once where functions are linear, and the same bits.
+static void add_to_rows(const nmm_system *system, const nmm_model *model, range rows) {
+#if defined(__x86_64__)
+    if (model->order == 0 && __builtin_cpu_supports("avx2")) {
+        add_three_wide(system, model, rows);
+        return;
+    }
+#endif
+    if (model->order == 0)
+        add_couples(system, model, rows, 3);
+    else
+        add_couples(system, model, rows, model->n_local);
+}
+
+void nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
+                         const double *weight) {
+    const int n = model->n_cover, n_part = n > 2048 ? context->n_thread : 1;
+    system->weight = weight;
+    // Each thread goes over the couples of its rows.
+#pragma omp parallel for num_threads(n_part) schedule(static) if (n_part > 1)
+    for (int k = 0; k < n_part; k++) {
+        const range rows = {(int)((long)n * k / n_part), (int)((long)n * (k + 1) / n_part)};
+        weigh_rows(system, model, rows);
+        add_to_rows(system, model, rows);
+    }
 }
 
 // --- Coupling
@@ -574,8 +618,7 @@ bool nmm_system_catch(nmm_system *system, const nmm_model *model, const nmm_stat
     if (first == n) return false;
     memcpy(system->caught, system->residual, 2 * (size_t)model->n_cover * sizeof *system->caught);
     for (int p = first, q = 0; p < n; p = next_caught(system->spring_mode, p + 1, n)) {
-        while (couples->start[q + 1] <= p)
-            q += 1;
+        q = couple_of(couples, q, p);
         add_caught(system, model, &state->contact[couples->order[p] / 2], q, p);
     }
     return true;

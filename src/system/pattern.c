@@ -206,6 +206,7 @@ static nmm_status allocate_passes(nmm_context *context, nmm_system *system,
     TRY(nmm_allocate(context, &system->support_force, 2 * (size_t)model->n_support,
                      sizeof(double)));
     TRY(nmm_allocate(context, &system->scale, n, sizeof(double)));
+    TRY(nmm_allocate(context, &system->diagonal, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &system->residual, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &system->change, 2 * n, sizeof(double)));
     TRY(nmm_allocate(context, &system->place, n_base, sizeof(int)));
@@ -268,7 +269,7 @@ void nmm_system_destroy(nmm_context *context, nmm_system *system) {
         &system->tie_start,      &system->cover_tie,     &system->tie_stiffness,
         &system->tie_mass,       &system->tie_force,     &system->curved_stiffness,
         &system->coupling.row,   &system->coupling.push, &system->coupling.pull,
-        &system->K.row_start,    &system->K.col,
+        &system->K.row_start,    &system->K.col,         &system->diagonal,
     };
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++)
         nmm_release(context, owned[i]);
@@ -403,7 +404,6 @@ nmm_status nmm_system_pattern(nmm_context *context, nmm_system *system, const nm
     TRY(nmm_couples_list(context, &system->couples, model, state, &change));
     TRY(grow_springs(context, system, model, state->n_contact));
     if (state->n_contact > 0) TRY(allocate_forces(context, system, model));
-    system->made = false;
     system->keep_pattern = change != NMM_COUPLES_CHANGED;
     if (system->keep_pattern) return NMM_OK;
     TRY(gather_columns(context, system, model));

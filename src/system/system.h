@@ -113,9 +113,9 @@ typedef struct nmm_system {
     // no shear.
     double *spring;             // [n_contact][nmm_spring_size]
     unsigned char *spring_mode; // [n_contact] nmm_spring_mode that the spring was made for
+    double *diagonal;           // [n_cover][2] N/m, of K before springs and weights
     const double *weight;       // [n_block] of rows and columns of K; NULL: none
-    bool made;                  // K was made for the contacts as they are listed
-    bool pressed; // the next K made anew counts contacts that only just touch as closed
+    bool pressed;               // the next K counts contacts that only just touch as closed
     int spring_capacity;
     nmm_coupling coupling; // of the contacts that slide, nmm_system_couple
     int coupling_capacity;
@@ -192,11 +192,20 @@ void nmm_system_residual(const nmm_context *context, nmm_system *system, const n
                          const nmm_state *state, const nmm_step_state *step,
                          const nmm_touched *touched);
 
-/// system->K at the configuration of the last residual. Not `anew`: elements, and contacts that did
-/// not change mode, stay as they were when they were last taken, in the same step and pattern: a
-/// Newton matrix of a place near by, weighted as it was. Returns whether any value changed.
-bool nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
-                         const nmm_state *state, double h, bool anew);
+/// A new matrix at the configuration of the last residual begins: elements, inertia and supports in
+/// K, springs of contacts beside it, and system->diagonal, by which blocks may be weighted.
+void nmm_system_prepare(const nmm_context *context, nmm_system *system, const nmm_model *model,
+                        const nmm_state *state, double h);
+
+/// system->K after nmm_system_prepare, rows and columns times the weight of their block, which
+/// lasts as long as the matrix; NULL: unweighted.
+void nmm_system_assemble(const nmm_context *context, nmm_system *system, const nmm_model *model,
+                         const double *weight);
+
+/// In K, contacts that changed mode, weighted as it is; elements and other contacts stay as they
+/// were when they were last taken, in the same step and pattern: a Newton matrix of a place near
+/// by. Returns whether any value changed.
+bool nmm_system_follow(nmm_system *system, const nmm_model *model, const nmm_state *state);
 
 /// system->coupling: what K leaves out, the change of friction with the pressure of contacts that
 /// slide. Belongs to K as it is. `part`: only contacts of these rows; NULL: of all.

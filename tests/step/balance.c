@@ -237,12 +237,10 @@ static void change_modes(nmm_sim *sim, nmm_contact_mode from, nmm_contact_mode t
     nmm_system *system = &sim->system;
     const double h = sim->report.dt;
     memset(system->mode, (int)from, (size_t)sim->state.n_contact);
-    nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, true);
-    nmm_balance_weigh_matrix(&sim->balance, system, &sim->model);
+    nmm_system_prepare(&sim->context, system, &sim->model, &sim->state, h);
+    nmm_system_assemble(&sim->context, system, &sim->model, nmm_balance_weights(&sim->balance));
     memset(system->mode, (int)to, (size_t)sim->state.n_contact);
-    const bool changed =
-        nmm_system_assemble(&sim->context, system, &sim->model, &sim->state, h, false);
-    assert_true(changed == (from != to));
+    assert_true(nmm_system_follow(system, &sim->model, &sim->state) == (from != to));
 }
 
 // Springs that come and go have the weights of the matrix that they come into.
@@ -265,6 +263,32 @@ static void test_matrix_stays_weighted(void **unused) {
             assert_near(changed[i], K->value[i], 1e-14 * largest);
     }
     free(changed);
+    nmm_sim_destroy(sim);
+}
+
+// Rows and columns times the weights of their blocks, to the last bit: these are powers of two.
+static void test_matrix_is_weighted(void **unused) {
+    (void)unused;
+    nmm_sim *sim = open_weighted(SCENE_STACK, "materials.upper.density=1e-3");
+    const nmm_bsr *K = &sim->system.K;
+    const double *weight = nmm_balance_weights(&sim->balance);
+    const size_t n = 4 * (size_t)K->row_start[K->n_row];
+    double *plain = malloc(n * sizeof *plain);
+    assert_non_null(weight);
+    assert_non_null(plain);
+    for (int k = 0; k < 2; k++) {
+        nmm_system_prepare(&sim->context, &sim->system, &sim->model, &sim->state, sim->report.dt);
+        nmm_system_assemble(&sim->context, &sim->system, &sim->model, k == 0 ? NULL : weight);
+        if (k == 0) memcpy(plain, K->value, n * sizeof *plain);
+    }
+    for (int c = 0; c < K->n_row; c++) {
+        for (int i = 4 * K->row_start[c]; i < 4 * K->row_start[c + 1]; i++) {
+            const int block = sim->model.cover_block[c];
+            const int other = sim->model.cover_block[K->col[i / 4]];
+            assert_true(K->value[i] == weight[block] * weight[other] * plain[i]);
+        }
+    }
+    free(plain);
     nmm_sim_destroy(sim);
 }
 
@@ -305,6 +329,7 @@ int main(void) {
         cmocka_unit_test(test_only_what_is_left_along_the_way_does_work),
         cmocka_unit_test(test_weights_are_taken_back_to_the_bit),
         cmocka_unit_test(test_matrix_stays_weighted),
+        cmocka_unit_test(test_matrix_is_weighted),
         cmocka_unit_test(test_what_may_touch_is_a_group),
         cmocka_unit_test(test_rounding_counts_where_it_is),
     };

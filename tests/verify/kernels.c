@@ -196,7 +196,8 @@ static double *dense_stiffness(nmm_sim *sim, int n) {
                      NMM_OK);
     nmm_system_load(&sim->system, &sim->model, 0);
     nmm_system_residual(&sim->context, &sim->system, &sim->model, &sim->state, &step, NULL);
-    nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, step.h, true);
+    nmm_system_prepare(&sim->context, &sim->system, &sim->model, &sim->state, step.h);
+    nmm_system_assemble(&sim->context, &sim->system, &sim->model, NULL);
     double *K = calloc((size_t)n * (size_t)n, sizeof *K);
     const nmm_bsr *bsr = &sim->system.K;
     for (int row = 0; row < bsr->n_row; row++) {

@@ -92,7 +92,8 @@ static inline void smooth_add_load(const smooth_point *at, void *user) {
 static inline void smooth_matrix(nmm_sim *sim, double h) {
     assert_int_equal(nmm_system_pattern(&sim->context, &sim->system, &sim->model, &sim->state),
                      NMM_OK);
-    nmm_system_assemble(&sim->context, &sim->system, &sim->model, &sim->state, h, true);
+    nmm_system_prepare(&sim->context, &sim->system, &sim->model, &sim->state, h);
+    nmm_system_assemble(&sim->context, &sim->system, &sim->model, NULL);
 }
 
 /// Displacements of the covers, [n_cover][2], to be freed.
