@@ -166,11 +166,17 @@ static void add_covers(nmm_balance *balance, const nmm_system *system, const nmm
                        const double *left) {
     for (int b = 0; b < balance->n_block; b++)
         balance->block[b].force = balance->block[b].left = 0;
-    for (int c = 0; c < model->n_cover; c++) {
-        if (system->fixed != NULL && system->fixed[c] == 3) continue;
-        nmm_balance_sums *block = &balance->block[model->cover_block[c]];
-        block->force += system->scale[c];
-        block->left += square(left[2 * c]) + square(left[2 * c + 1]);
+    for (int c = 0; c < model->n_cover;) {
+        // Covers of a block mostly follow each other.
+        const int b = model->cover_block[c];
+        nmm_balance_sums *block = &balance->block[b];
+        double force = block->force, rest = block->left;
+        for (; c < model->n_cover && model->cover_block[c] == b; c++) {
+            if (system->fixed != NULL && system->fixed[c] == 3) continue;
+            force += system->scale[c];
+            rest += square(left[2 * c]) + square(left[2 * c + 1]);
+        }
+        block->force = force, block->left = rest;
     }
 }
 
