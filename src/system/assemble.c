@@ -525,30 +525,28 @@ static nmm_status grow_coupling(nmm_context *context, nmm_system *system, int n,
     return NMM_OK;
 }
 
-// The term of a contact that slides, from its spring at place p of couple q.
-static void add_term(nmm_system *system, const nmm_model *model, const nmm_contact *contact, int q,
+// The term of place p of couple q, if its contact slides and is pressed.
+static void add_term(nmm_system *system, const nmm_model *model, const nmm_state *state, int q,
                      int p) {
+    const nmm_contact *contact = &state->contact[system->couples.order[p] / 2];
+    if (!slides(system->spring_mode[p]) || !(contact->normal_force > 0)) return;
     const int m = model->n_local;
     const double *spring = spring_of(system, p, m);
     const long at = 2 * (long)m * system->coupling.n++;
+    double *restrict pull = system->coupling.pull + 2 * at;
     const double stiffness =
         contact->normal_stiffness * contact->shear_force / contact->normal_force;
-    int cover[2 * NMM_MOST_LOCAL] = {0};
-    nmm_couple_covers(model, system->couples.element + 2 * (long)q, cover);
-    memcpy(system->coupling.row + at, cover, 2 * (size_t)m * sizeof(int));
+    nmm_couple_covers(model, system->couples.element + 2 * (long)q, system->coupling.row + at);
     memcpy(system->coupling.push + 2 * at, spring + 4 * m, 4 * (size_t)m * sizeof(double));
     for (int i = 0; i < 4 * m; i++)
-        system->coupling.pull[2 * at + i] = stiffness * spring[i];
+        pull[i] = stiffness * spring[i];
 }
 
 // The terms of couple q.
 static void add_terms(nmm_system *system, const nmm_model *model, const nmm_state *state, int q) {
     const nmm_couples *couples = &system->couples;
-    for (int p = couples->start[q]; p < couples->start[q + 1]; p++) {
-        if (!slides(system->spring_mode[p])) continue;
-        const nmm_contact *contact = &state->contact[couples->order[p] / 2];
-        if (contact->normal_force > 0) add_term(system, model, contact, q, p);
-    }
+    for (int p = couples->start[q]; p < couples->start[q + 1]; p++)
+        add_term(system, model, state, q, p);
 }
 
 static bool any_slides(const nmm_system *system, int q) {
@@ -577,8 +575,11 @@ nmm_status nmm_system_couple(nmm_context *context, nmm_system *system, const nmm
         n += slides(system->spring_mode[p]);
     TRY(grow_coupling(context, system, n, model->n_local));
     system->coupling.n = 0;
-    for (int q = 0; q < couples->n && n > 0 && part == NULL; q++)
-        add_terms(system, model, state, q);
+    for (int p = 0, q = 0; p < state->n_contact && n > 0 && part == NULL; p++) {
+        if (!slides(system->spring_mode[p])) continue;
+        q = couple_of(couples, q, p);
+        add_term(system, model, state, q, p);
+    }
     for (int r = 0; part != NULL && r < part->n && n > 0; r++) {
         const int c = part->row[r];
         for (int k = couples->cover_start[c]; k < couples->cover_start[c + 1]; k++) {
