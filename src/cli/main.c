@@ -79,7 +79,8 @@ const command command_table[] = {
     {"bench", "NAME", "Measure what the documentation tells, as tables and pictures",
      "NAME is one of\n"
      "  table1   shares of contact, assembly and solver; whole steps against SOR\n"
-     "  fig6     error against iteration of each method at one step of a tunnel\n"
+     "  fig6     error against iteration of each method at one step of a tunnel (without\n"
+     "           that scene in the folder: of its largest)\n"
      "  fig7     speed-up of a solve against order, by threads and device\n"
      "  contact  contact search against the number of blocks, up to 10^6 edges\n"
      "  wall     a brick wall, one cover a block, beside a public DDA program\n"
