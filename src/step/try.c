@@ -96,13 +96,17 @@ static nmm_status open_solver(nmm_sim *sim) {
     return sim->backend->open(&sim->context, &sim->solver, sim->solver_rows, sim->solver_blocks);
 }
 
+// May solves take the way of those that know of friction, if only with no terms of it?
+static bool may_couple(const nmm_sim *sim) {
+    if (sim->state.n_contact == 0 || sim->comparable || sim->dump.write != NULL) return false;
+    return sim->friction.way != NMM_FRICTION_APART;
+}
+
 // Is the solve to know of friction? Where that was in vain, because contacts slide to and fro, the
 // next one does not, as surely and slowly as symmetric passes go; at the second time none does. A
 // system that is to be written is solved as it is written.
 static bool couples(const nmm_sim *sim, const passes *p) {
-    if (sim->state.n_contact == 0 || sim->comparable || sim->dump.write != NULL) return false;
-    if (sim->friction.way == NMM_FRICTION_APART) return false;
-    return p->n_vain < 2 && !p->in_vain;
+    return may_couple(sim) && p->n_vain < 2 && !p->in_vain;
 }
 
 static int count_flips(const nmm_contact_verdict *verdict) {
@@ -118,7 +122,7 @@ static nmm_solve_options solve_options(const nmm_sim *sim, const passes *p) {
         [NMM_SCENE_BLOCKS_BODY] = NMM_BLOCKS_BODY,
     };
     return (nmm_solve_options){
-        .coupling = couples(sim, p) ? &sim->system.coupling : NULL,
+        .coupling = may_couple(sim) ? &sim->system.coupling : NULL,
         .method = nmm_step_method(sim),
         .blocks = blocks[settings->blocks],
         .precision = nmm_step_precision(sim),
@@ -560,12 +564,13 @@ static nmm_status correct(nmm_sim *sim, passes *p, const nmm_step_state *step, n
         return NMM_OK;
     }
     const line along = begin_line(sim);
-    if (solved.coupled || p->part) nmm_mixing_reset(&sim->mixing);
-    if (solved.coupled || p->part || !go_mixed(sim, p, step)) go_along(sim, p, step, &along);
+    const bool coupled = solved.coupled && couples(sim, p);
+    if (coupled || p->part) nmm_mixing_reset(&sim->mixing);
+    if (coupled || p->part || !go_mixed(sim, p, step)) go_along(sim, p, step, &along);
     const double left = unbalance(sim);
     const bool gained = left < NMM_GAINED * p->unbalance[p->n];
     // The first pass of a step finds the modes: what it leaves says little.
-    p->in_vain = solved.coupled && !gained && !p->part && p->n > 0;
+    p->in_vain = coupled && !gained && !p->part && p->n > 0;
     p->whole = p->part && !gained;
     p->n_vain += p->in_vain;
     p->n += 1;
