@@ -96,15 +96,15 @@ static nmm_status open_solver(nmm_sim *sim) {
     return sim->backend->open(&sim->context, &sim->solver, sim->solver_rows, sim->solver_blocks);
 }
 
-// May solves take the way of those that know of friction, if only with no terms of it?
+// May solves take the way of those that know of friction, be it with no terms of it? A system that
+// is to be written is solved as it is written.
 static bool may_couple(const nmm_sim *sim) {
     if (sim->state.n_contact == 0 || sim->comparable || sim->dump.write != NULL) return false;
     return sim->friction.way != NMM_FRICTION_APART;
 }
 
 // Is the solve to know of friction? Where that was in vain, because contacts slide to and fro, the
-// next one does not, as surely and slowly as symmetric passes go; at the second time none does. A
-// system that is to be written is solved as it is written.
+// next one does not, as surely and slowly as symmetric passes go; at the second time none does.
 static bool couples(const nmm_sim *sim, const passes *p) {
     return may_couple(sim) && p->n_vain < 2 && !p->in_vain;
 }
