@@ -346,7 +346,8 @@ nmm_status nmm_contact_find(nmm_context *context, nmm_contact_search *search,
     const bool begins = !search->started && state->step == 0;
     double overlap = 0;
     const int n_bonded = start_list(state, model->n_vertex, search->last_start, &overlap);
-    if (begins) overlap = NMM_DEEPEST * model->size;
+    // What rounding leaves is less than NMM_SAME.
+    if (begins && !model->apart) overlap = NMM_DEEPEST * model->size;
     const double near = nmm_max(reach, NMM_SAME * model->size) + overlap;
     TRY(nmm_pairs_update(context, search, model, state, near));
     draw_lines(context, search, model, state);

@@ -172,9 +172,9 @@ static bool never_touch(const nmm_contact_search *search, const nmm_model *model
            starts_far(q, p, of_a, 2.5 * reach);
 }
 
-// Pairs of bucket b; stores them when `out` is not NULL. Returns how many.
+// Pairs of bucket b; stores those that there is room for. Returns how many.
 static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *model, int b,
-                           nmm_edge_pair *out) {
+                           nmm_edge_pair *out, int room) {
     const double size = search->cell_size;
     int n = 0;
     for (int i = search->bucket_start[b]; i < search->bucket_start[b + 1]; i++) {
@@ -188,32 +188,56 @@ static int pairs_of_bucket(const nmm_contact_search *search, const nmm_model *mo
             if (cell_of(nmm_max(first->low.y, second->low.y), size) != one->iy) continue;
             if (!nmm_edges_can_meet(model, one->edge, two->edge)) continue;
             if (never_touch(search, model, one->edge, two->edge)) continue;
-            if (out != NULL) out[n] = (nmm_edge_pair){one->edge, two->edge, -1, false};
+            if (n < room) out[n] = (nmm_edge_pair){one->edge, two->edge, -1, false};
             n += 1;
         }
     }
     return n;
 }
 
-static nmm_status find_pairs(nmm_context *context, nmm_contact_search *search,
+// Bucket by bucket; one that finds no room is gone through again.
+static nmm_status list_pairs(nmm_context *context, nmm_contact_search *search,
                              const nmm_model *model) {
+    search->n_pair = 0;
+    for (int b = 0; b < search->n_bucket;) {
+        const int n = search->n_pair, room = search->pair_capacity - n;
+        const int found = pairs_of_bucket(search, model, b, search->pair + n, room);
+        if (found > room) {
+            TRY(nmm_grow(context, &search->pair, &search->pair_capacity, n + found,
+                         sizeof(nmm_edge_pair)));
+            continue;
+        }
+        search->n_pair += found;
+        b += 1;
+    }
+    return NMM_OK;
+}
+
+// By several threads: counted first, so that each bucket has its place.
+static nmm_status share_pairs(nmm_context *context, nmm_contact_search *search,
+                              const nmm_model *model) {
     const int n = search->n_bucket, n_thread = context->n_thread;
     int *first = search->bucket_pairs;
     first[0] = 0;
-#pragma omp parallel for num_threads(n_thread) schedule(dynamic, 256) if (n_thread > 1 && n > 4096)
+#pragma omp parallel for num_threads(n_thread) schedule(dynamic, 256)
     for (int b = 0; b < n; b++)
-        first[b + 1] = pairs_of_bucket(search, model, b, NULL);
+        first[b + 1] = pairs_of_bucket(search, model, b, NULL, 0);
     for (int b = 0; b < n; b++)
         first[b + 1] += first[b];
     search->n_pair = first[n];
     TRY(nmm_grow(context, &search->pair, &search->pair_capacity, first[n], sizeof(nmm_edge_pair)));
-#pragma omp parallel for num_threads(n_thread) schedule(dynamic, 256) if (n_thread > 1 && n > 4096)
+#pragma omp parallel for num_threads(n_thread) schedule(dynamic, 256)
     for (int b = 0; b < n; b++) {
-        if (first[b + 1] > first[b]) {
-            pairs_of_bucket(search, model, b, search->pair + first[b]);
-        }
+        const int room = first[b + 1] - first[b];
+        if (room > 0) pairs_of_bucket(search, model, b, search->pair + first[b], room);
     }
     return NMM_OK;
+}
+
+static nmm_status find_pairs(nmm_context *context, nmm_contact_search *search,
+                             const nmm_model *model) {
+    const bool shared = context->n_thread > 1 && search->n_bucket > 4096;
+    return shared ? share_pairs(context, search, model) : list_pairs(context, search, model);
 }
 
 // --- Pairs of sides
@@ -244,8 +268,10 @@ static bool may_lengthen(const nmm_contact_search *search, int a, int b) {
 
 // Several edges may be of one side.
 nmm_status nmm_pairs_number(nmm_context *context, nmm_contact_search *search) {
-    int size = 0;
-    TRY(nmm_side_table(context, search, search->n_pair, &size));
+    int size = 0, n = 0;
+    for (int k = 0; k < search->n_pair; k++)
+        n += may_lengthen(search, search->side[search->pair[k].a], search->side[search->pair[k].b]);
+    TRY(nmm_side_table(context, search, n, &size));
     search->n_sides = 0;
     for (int k = 0; k < search->n_pair; k++) {
         nmm_edge_pair *pair = &search->pair[k];
@@ -275,7 +301,8 @@ double nmm_largest_motion(const nmm_model *model, const nmm_state *state, const 
 nmm_status nmm_pairs_update(nmm_context *context, nmm_contact_search *search,
                             const nmm_model *model, const nmm_state *state, double reach) {
     const double wish = reach + skin_for(reach, model->size);
-    // Pairs that reach far too far, as those of the first step do, cost more than new ones.
+    // Pairs that reach far too far, as after a first step that looked deep, cost more than new
+    // ones.
     const bool lavish = search->built_for > 1.5 * wish;
     if (search->started && !lavish &&
         reach + 2 * nmm_largest_motion(model, state, search->built_at) <= search->built_for) {

@@ -127,7 +127,7 @@ static nmm_status cut_scene(nmm_cut *cut) {
     const nmm_scene *scene = cut->scene;
     TRY(nmm_lattice_choose(cut->context, cut->scene, &cut->lattice));
     TRY(nmm_cut_overlaps(cut->context, cut->scene, (double)cut->lattice.side * cut->lattice.spacing,
-                         cut->lattice.origin));
+                         cut->lattice.origin, &cut->apart));
     TRY(nmm_allocate(cut->context, &cut->touched, (size_t)scene->n_joint, sizeof(bool)));
     TRY(cut_domain(cut));
     for (int k = 0; k < scene->n_block; k++)

@@ -110,6 +110,7 @@ typedef struct nmm_cut {
     nmm_draft draft;
     nmm_frame *frame; // [n_block] with covers.mesh: block, else NULL
     bool *touched;    // [scene->n_joint] the joint touches the domain
+    bool apart;       // no block of the scene overlaps another, nor the domain
     nmm_cover_report *report;
 } nmm_cut;
 

@@ -311,6 +311,7 @@ nmm_status nmm_cut_fill_model(nmm_cut *cut, nmm_model *model) {
     model->size = (double)cut->lattice.side * cut->lattice.spacing;
     model->height = nmm_max(box.high.x - box.low.x, box.high.y - box.low.y) / 2;
     model->whole_blocks = nmm_cut_whole_blocks(cut);
+    model->apart = cut->apart;
     model->order = nmm_cut_order(cut);
     model->n_local = nmm_local_of(model->order);
     if (model->order > 0) TRY(nmm_cut_pieces(cut));

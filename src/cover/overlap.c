@@ -389,7 +389,7 @@ static nmm_status reject_deep(search *s) {
 }
 
 // One warning for all blocks, at the deepest overlap.
-static nmm_status warn_blocks(search *s) {
+static nmm_status warn_blocks(search *s, bool *apart) {
     const overlap *deepest = NULL;
     int n = 0;
     for (int k = 0; k < s->n_found; k++) {
@@ -398,7 +398,8 @@ static nmm_status warn_blocks(search *s) {
         if (deepest == NULL || o->depth > deepest->depth) deepest = o;
         n += 1;
     }
-    if (deepest == NULL) return NMM_OK;
+    *apart = deepest == NULL;
+    if (*apart) return NMM_OK;
     char others[60] = "";
     if (n > 1) snprintf(others, sizeof others, ", the deepest of %d overlaps", n);
     return nmm_scene_warn(s->context, s->scene, s->scene->block[deepest->second].area.mark,
@@ -422,12 +423,13 @@ static nmm_status warn_domain(search *s) {
     return NMM_OK;
 }
 
-nmm_status nmm_cut_overlaps(nmm_context *context, nmm_scene *scene, double size, nmm_vec2 origin) {
+nmm_status nmm_cut_overlaps(nmm_context *context, nmm_scene *scene, double size, nmm_vec2 origin,
+                            bool *apart) {
     search s = {.context = context, .scene = scene, .origin = origin, .same = SAME * size};
     const bool single = scene->n_domain + scene->n_block < 2;
     nmm_status status = single ? NMM_OK : find_overlaps(&s);
     if (status == NMM_OK) status = reject_deep(&s);
-    if (status == NMM_OK) status = warn_blocks(&s);
+    if (status == NMM_OK) status = warn_blocks(&s, apart);
     if (status == NMM_OK) status = warn_domain(&s);
     nmm_release(context, &s.entry);
     nmm_release(context, &s.side);

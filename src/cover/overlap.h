@@ -9,7 +9,9 @@
 #include "scene.h"
 
 /// Reject blocks that overlap deeper than a drawing's rounding or than the contacts can carry, warn
-/// of the others. `size` is that of the covers, `origin` a place in the scene.
-nmm_status nmm_cut_overlaps(nmm_context *context, nmm_scene *scene, double size, nmm_vec2 origin);
+/// of the others. `size` is that of the covers, `origin` a place in the scene. `apart`: no block
+/// overlaps another, nor the domain.
+nmm_status nmm_cut_overlaps(nmm_context *context, nmm_scene *scene, double size, nmm_vec2 origin,
+                            bool *apart);
 
 #endif

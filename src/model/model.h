@@ -99,6 +99,7 @@ typedef struct nmm_model {
     double height;     // [m] half the larger side of the scene's box
     nmm_box box;       // of all points, model coordinates
     bool whole_blocks; // each block has three covers of its own, for its linear functions
+    bool apart;        // at the start no block overlaps another by more than rounding
 
 #define FIELD(type, name, count, width, unit, meaning) type *name;
 #include "model_fields.inl"

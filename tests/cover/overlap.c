@@ -187,7 +187,9 @@ static void many_blocks(void **state) {
         stage_block(&s, 4, (double[]){x, y, x + 0.5, y, x + 0.5, y + 0.2, x, y + 0.2}, "brick");
     }
     const double start = nmm_clock();
-    assert_int_equal(nmm_cut_overlaps(&s.context, &s.scene, 50, (nmm_vec2){0, 0}), NMM_OK);
+    bool apart = false;
+    assert_int_equal(nmm_cut_overlaps(&s.context, &s.scene, 50, (nmm_vec2){0, 0}, &apart), NMM_OK);
+    assert_true(apart);
     print_message("%d blocks: %.3f s\n", N * N, nmm_clock() - start);
     assert_null(s.scene.warnings);
     stage_close(&s);
