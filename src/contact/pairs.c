@@ -216,17 +216,17 @@ static nmm_status list_pairs(nmm_context *context, nmm_contact_search *search,
 // By several threads: counted first, so that each bucket has its place.
 static nmm_status share_pairs(nmm_context *context, nmm_contact_search *search,
                               const nmm_model *model) {
-    const int n = search->n_bucket, n_thread = context->n_thread;
+    const int n = search->n_bucket;
     int *first = search->bucket_pairs;
     first[0] = 0;
-#pragma omp parallel for num_threads(n_thread) schedule(dynamic, 256)
+#pragma omp parallel for num_threads(context->n_thread) schedule(dynamic, 256)
     for (int b = 0; b < n; b++)
         first[b + 1] = pairs_of_bucket(search, model, b, NULL, 0);
     for (int b = 0; b < n; b++)
         first[b + 1] += first[b];
     search->n_pair = first[n];
     TRY(nmm_grow(context, &search->pair, &search->pair_capacity, first[n], sizeof(nmm_edge_pair)));
-#pragma omp parallel for num_threads(n_thread) schedule(dynamic, 256)
+#pragma omp parallel for num_threads(context->n_thread) schedule(dynamic, 256)
     for (int b = 0; b < n; b++) {
         const int room = first[b + 1] - first[b];
         if (room > 0) pairs_of_bucket(search, model, b, search->pair + first[b], room);
